@@ -9,13 +9,17 @@
 
 #include "diff_drive/component/home_made_board.hpp"
 #include "diff_drive/component/odrive_board.hpp"
+#include "diff_drive/component/odrive_can_board.hpp"
 #include "diff_drive/component/roboclaw_board.hpp"
 #include "diff_drive/component/vesc_board.hpp"
+#include "diff_drive/component/vesc_can_board.hpp"
 #include "diff_drive/component/waveshare_board.hpp"
 #include "nacelle/base/expect.hpp"
 
 namespace nacelle::diff_drive {
 namespace {
+
+constexpr int kNone = -1;  // every VESC has an id of its own from the factory
 
 constexpr BoardKind kKinds[] = {
     {.name = "waveshare"},
@@ -36,6 +40,19 @@ constexpr BoardKind kKinds[] = {
      .usual_left = 0,
      .usual_right = 1,
      .usual_counts_per_turn = 1.0},
+    {.name = "odrive_can",
+     .is_on_can = true,
+     .lowest_channel = 0,
+     .highest_channel = kOdriveHighestNode,
+     .usual_left = 0,
+     .usual_right = 1,
+     .usual_counts_per_turn = 1.0},
+    {.name = "vesc_can",
+     .is_on_can = true,
+     .lowest_channel = 0,
+     .highest_channel = kVescHighestId,
+     .usual_left = kNone,
+     .usual_right = kNone},
     {.name = "framed"},
     {.name = "text"},
 };
@@ -61,9 +78,11 @@ std::optional<Problem> problem_of_channels(const DiffDriveOptions& options, cons
   const BaseWiring wiring = wiring_of(options, kind);
   const auto problem_of = [&](const char* parameter, int channel) -> std::optional<Problem> {
     if (channel >= kind.lowest_channel && channel <= kind.highest_channel) return std::nullopt;
-    return Problem{Place::of_parameter(parameter, node),
-                   fmt::format("{} is no channel of a {} board", channel, kind.name),
-                   fmt::format("they are {} to {}; -1 is the usual one", kind.lowest_channel, kind.highest_channel)};
+    return Problem{
+        Place::of_parameter(parameter, node), fmt::format("{} is no channel of a {} board", channel, kind.name),
+        kind.usual_left == kNone && kind.lowest_channel > kNone
+            ? fmt::format("set it: {} to {}", kind.lowest_channel, kind.highest_channel)
+            : fmt::format("they are {} to {}; -1 is the usual one", kind.lowest_channel, kind.highest_channel)};
   };
   if (auto problem = problem_of("left_channel", wiring.left.channel)) return problem;
   if (auto problem = problem_of("right_channel", wiring.right.channel)) return problem;
@@ -129,6 +148,10 @@ std::unique_ptr<MotorBoard> make_board(const DiffDriveOptions& options) {
     return std::make_unique<OdriveBoard>(
         OdriveBoard::Settings{wiring_of(options, *kind), watchdog_of(options), period});
   }
+  if (kind->name == "odrive_can")
+    return std::make_unique<OdriveCanBoard>(OdriveCanBoard::Settings{wiring_of(options, *kind), period});
+  if (kind->name == "vesc_can")
+    return std::make_unique<VescCanBoard>(VescCanBoard::Settings{wiring_of(options, *kind)});
   if (kind->name == "framed" || kind->name == "text") {
     const HomeMadeSettings settings{wiring_of(options, *kind), watchdog_of(options),
                                     std::chrono::milliseconds{std::lround(1000.0 / options.update_rate_hz)}};
@@ -136,6 +159,28 @@ std::unique_ptr<MotorBoard> make_board(const DiffDriveOptions& options) {
     return std::make_unique<FramedBoard>(settings);
   }
   return std::make_unique<WaveshareBoard>(WaveshareBoard::Settings{options.wheel_radius_m, watchdog_of(options)});
+}
+
+std::vector<io::CanFilter> filters_of_board(const DiffDriveOptions& options) {
+  const BoardKind* const kind = board_kind(options.hardware);
+  NACELLE_EXPECT(kind != nullptr && kind->is_on_can, "only boards on CAN have filters");
+  const BaseWiring wiring = wiring_of(options, *kind);
+  const auto left = static_cast<std::uint32_t>(wiring.left.channel);
+  const auto right = static_cast<std::uint32_t>(wiring.right.channel);
+  // Requests of other programs are none of ours.
+  constexpr std::uint32_t kFlags = io::kCanExtended | io::kCanRemote;
+  if (kind->name == "odrive_can") {
+    constexpr std::uint32_t kMask = kFlags | (0x3FU << kOdriveCommandBits);
+    return {{left << kOdriveCommandBits, kMask}, {right << kOdriveCommandBits, kMask}};
+  }
+  constexpr std::uint32_t kMask = kFlags | 0xFF;
+  return {{io::kCanExtended | left, kMask}, {io::kCanExtended | right, kMask}, {io::kCanExtended | kVescHostId, kMask}};
+}
+
+const std::string& line_of_board(const DiffDriveOptions& options) {
+  const BoardKind* const kind = board_kind(options.hardware);
+  if (kind == nullptr) return options.hardware;
+  return kind->is_on_can ? options.can_interface : options.serial_port;
 }
 
 }  // namespace nacelle::diff_drive

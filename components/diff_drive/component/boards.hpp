@@ -9,12 +9,14 @@
 
 #include "diff_drive/component/diff_drive_options.hpp"
 #include "diff_drive/component/motor_board.hpp"
+#include "nacelle/io/can_port.hpp"
 
 namespace nacelle::diff_drive {
 
 /// A kind of motor board: a value of the parameter `hardware` other than loopback.
 struct BoardKind {
   std::string_view name;
+  bool is_on_can = false;        ///< On the interface can_interface, not on serial_port.
   unsigned usual_baud = 115200;  ///< Where baud_rate is 0.
   int lowest_channel = 0;        ///< Channels that left_channel and right_channel may name; equal to the highest: none.
   int highest_channel = 0;
@@ -31,5 +33,9 @@ struct BoardKind {
 [[nodiscard]] std::optional<Problem> problem_of_board(const DiffDriveOptions& options, const std::string& node);
 /// Precondition: problem_of_board() finds none.
 [[nodiscard]] std::unique_ptr<MotorBoard> make_board(const DiffDriveOptions& options);
+/// Returns what the kernel shall let through to boards on CAN. Precondition: as of make_board(), and the kind is_on_can.
+[[nodiscard]] std::vector<io::CanFilter> filters_of_board(const DiffDriveOptions& options);
+/// Returns the line of the board as the parameters name it: a path, or a CAN interface; "loopback" without a board.
+[[nodiscard]] const std::string& line_of_board(const DiffDriveOptions& options);
 
 }  // namespace nacelle::diff_drive

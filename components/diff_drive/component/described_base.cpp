@@ -27,9 +27,11 @@ struct Alias {
 };
 // diffdrive_arduino and those that follow it; the Waveshare and Hiwonder bases' URDFs.
 constexpr Alias kAliases[] = {
-    {"device", "serial_port"},   {"port", "serial_port"},      {"port_name", "serial_port"},
-    {"baud", "baud_rate"},       {"baudrate", "baud_rate"},    {"timeout_ms", "port_timeout", 1e-3},
-    {"timeout", "port_timeout"}, {"loop_rate", "update_rate"}, {"enc_counts_per_rev", "counts_per_turn"},
+    {"device", "serial_port"},    {"port", "serial_port"},
+    {"port_name", "serial_port"}, {"baud", "baud_rate"},
+    {"baudrate", "baud_rate"},    {"timeout_ms", "port_timeout", 1e-3},
+    {"timeout", "port_timeout"},  {"can", "can_interface"},
+    {"loop_rate", "update_rate"}, {"enc_counts_per_rev", "counts_per_turn"},
 };
 /// Plugins that we stand for, by a part of their name.
 struct Plugin {
@@ -41,7 +43,10 @@ constexpr Plugin kPlugins[] = {{"mock_components/", "loopback"},
                                {"waveshare", "waveshare"},
                                {"roboclaw", "roboclaw"},
                                {"ugv", "waveshare"},
+                               {"vesc_can", "vesc_can"},
                                {"vesc", "vesc"},
+                               {"odrive_ros2_control", "odrive_can"},  // ODrive's own, over CAN
+                               {"odrive_can", "odrive_can"},
                                {"odrive", "odrive"},
                                {"nacelle/framed", "framed"},
                                {"nacelle/text", "text"}};
@@ -144,6 +149,10 @@ class Reading {
       base_.defaults.serial_port = param.value;
       return;
     }
+    if (name == "can_interface") {
+      base_.defaults.can_interface = param.value;
+      return;
+    }
     const auto number = number_in(param.value);
     if (double* const field = number_named(base_.defaults, name)) {
       if (!number) return refuse(param, "is not a number");
@@ -182,6 +191,7 @@ class Reading {
   void warn_of(const ControlParam& param) {
     std::vector<std::string> known = names_of_numbers();
     known.emplace_back("serial_port");
+    known.emplace_back("can_interface");
     for (const Alias& alias : kAliases) known.emplace_back(alias.name);
     const std::string near = nearest_name(param.name, known);
     base_.warnings.push_back({param.where, fmt::format("the base has no use for the parameter '{}'", param.name),

@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 #include <pthread.h>
 
+#include <algorithm>
 #include <exception>
 #include <utility>
 
 #include "diff_drive/component/boards.hpp"
 #include "diff_drive/component/serial_base_port.hpp"
 #include "diff_drive/port/loopback_port.hpp"
+#include "nacelle/io/can_port.hpp"
 #include "nacelle/io/serial_port.hpp"
 
 namespace nacelle::diff_drive {
@@ -20,6 +22,7 @@ constexpr std::size_t kCommandDepth = 10;
 constexpr std::size_t kStateDepth = 10;
 constexpr std::size_t kStopDepth = 100;
 constexpr Duration kHindrancePeriod = 100ms;
+constexpr Duration kBusTakesWithin = 5ms;
 
 const char* explain(CommandFault fault) {
   switch (fault) {
@@ -38,8 +41,9 @@ RawTwist raw(const geometry_msgs::msg::Twist& t) {
 std::string advice(DriveFault::Kind kind) {
   switch (kind) {
     case DriveFault::Kind::SerialLost: return "plug the board in again, then configure and activate this node";
-    case DriveFault::Kind::SerialStuck: return "is the board on? is serial_port the right line?";
-    case DriveFault::Kind::FeedbackLost: return "is baud_rate right, and is it the board that hardware names?";
+    case DriveFault::Kind::SerialStuck: return "is the board on, and is its line the right one?";
+    case DriveFault::Kind::FeedbackLost:
+      return "is its baud or bit rate right, and is it the board that hardware names?";
   }
   return {};
 }
@@ -93,7 +97,9 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
   } else {
     declare_problem(setup.error());
   }
-  if (board_kind(options_.hardware) != nullptr) declare_device_use(options_.serial_port, "serial_port");
+  // Several programs may use a CAN interface.
+  if (const BoardKind* const kind = board_kind(options_.hardware); kind != nullptr && !kind->is_on_can)
+    declare_device_use(options_.serial_port, "serial_port");
   publishers_.joint_states = create_publisher<sensor_msgs::msg::JointState>("joint_states", QoS(kStateDepth));
   publishers_.battery = create_publisher<sensor_msgs::msg::BatteryState>("battery/state", QoS(kStateDepth));
   if (get<bool>("publish_limited_velocity")) {
@@ -260,7 +266,7 @@ void DiffDriveComponent::tell_hindrance() {
   status.level = now_is.level;
   status.name = get_name() + ": motion";
   status.message = hindrance_.empty() ? "follows its commands" : hindrance_;
-  status.hardware_id = board_kind(options_.hardware) != nullptr ? options_.serial_port : options_.hardware;
+  status.hardware_id = line_of_board(options_);
   status.values.clear();
   diagnostics_->publish(std::move(message));
 }
@@ -268,6 +274,7 @@ void DiffDriveComponent::tell_hindrance() {
 Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const {
   if (options_.hardware == "loopback")
     return std::unique_ptr<BasePort>{std::make_unique<LoopbackPort>(steady_clock(), LoopbackPort::Settings{})};
+  if (board_kind(options_.hardware)->is_on_can) return open_bus();
 
   io::SerialSettings line_settings;
   line_settings.path = options_.serial_port;
@@ -288,6 +295,26 @@ Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const
   settings.max_wheel_rate_rps = options_.max_wheel_rate_rps;
   return std::unique_ptr<BasePort>{
       std::make_unique<SerialBasePort>(std::move(line).value(), make_board(options_), steady_clock(), settings)};
+}
+
+Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_bus() const {
+  io::CanSettings bus_settings;
+  bus_settings.interface = options_.can_interface;
+  bus_settings.filters = filters_of_board(options_);
+  // As of a serial line; a start writes more frames than a bus of 250 kbit/s carries in half a fast cycle.
+  bus_settings.write_timeout = std::max(setup_.loop.period / 2, kBusTakesWithin);
+  auto bus = options_.device.required ? io::CanPort::open(bus_settings, steady_clock(), setup_.loop.silence_limit)
+                                      : io::CanPort::open_or_await(bus_settings, steady_clock());
+  if (!bus) {
+    Problem problem = bus.error();
+    problem.where.node = get_fully_qualified_name();
+    problem.where.parameter = "can_interface";
+    return err(std::move(problem));
+  }
+  SerialBasePort::Settings settings;
+  settings.max_wheel_rate_rps = options_.max_wheel_rate_rps;
+  return std::unique_ptr<BasePort>{
+      std::make_unique<SerialBasePort>(std::move(bus).value(), make_board(options_), steady_clock(), settings)};
 }
 
 CallbackReturn DiffDriveComponent::on_configure(const State&) {
@@ -317,10 +344,8 @@ CallbackReturn DiffDriveComponent::on_configure(const State&) {
                                           DriveTopics::Settings{options_.left_wheel_names, options_.right_wheel_names,
                                                                 setup_.publish_period, setup_.battery_period},
                                           steady_clock(), command_to_wheel_);
-  watch_ = std::make_unique<DeviceWatch>(
-      *this, options_.device,
-      DeviceWatch::Settings{board_kind(options_.hardware) != nullptr ? options_.serial_port : options_.hardware},
-      steady_clock().now());
+  watch_ = std::make_unique<DeviceWatch>(*this, options_.device, DeviceWatch::Settings{line_of_board(options_)},
+                                         steady_clock().now());
   topics_->watch_with(watch_.get());
   loop_ = std::make_unique<DriveLoop>(setup_.loop, *base_, steady_clock(), inbox_, *topics_);
   return CallbackReturn::SUCCESS;

@@ -69,6 +69,8 @@ class DiffDriveComponent : public LifecycleNode {
   void tell_hindrance();
 
   [[nodiscard]] Result<std::unique_ptr<BasePort>, Problem> open_base() const;
+  /// Of boards on CAN.
+  [[nodiscard]] Result<std::unique_ptr<BasePort>, Problem> open_bus() const;
   void run_loop() noexcept;
   /// Ends the loop's thread and writes the stop frame; does nothing when neither is there.
   void stop_base();

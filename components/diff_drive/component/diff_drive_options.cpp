@@ -51,8 +51,8 @@ constexpr NumberRow kNumbers[] = {
     {"motor_watchdog", &DiffDriveOptions::motor_watchdog_s, 0.0, 60.0, "s",
      "the board stops after this silence of ours; 0 its default"},
     {"counts_per_turn", &DiffDriveOptions::counts_per_turn, 0.0, 1e8, "",
-     "what the board counts while a wheel turns once (roboclaw: edges of the encoder; vesc: 6 * pole pairs * gear; "
-     "odrive: gear); 0 its usual one"},
+     "what the board counts while a wheel turns once (roboclaw: edges of the encoder; vesc, vesc_can: 6 * pole "
+     "pairs * gear; odrive, odrive_can: gear); 0 its usual one"},
     {"max_wheel_rate", &DiffDriveOptions::max_wheel_rate_rps, 0.1, 10000.0, "rad/s",
      "no wheel is commanded to turn faster, and a wheel that seems to is a restart of the board"},
 };
@@ -228,6 +228,11 @@ std::optional<Problem> problem_of_hardware(const DiffDriveOptions& options, cons
   }
   const BoardKind* const kind = board_kind(options.hardware);
   if (kind == nullptr) return std::nullopt;
+  if (kind->is_on_can) {
+    if (options.can_interface.empty())
+      return Problem{Place::of_parameter("can_interface", node), "no interface", "see `ip -details link`"};
+    return problem_of_board(options, node);
+  }
   if (options.serial_port.empty()) {
     return Problem{Place::of_parameter("serial_port", node), "no path", "see `ls -l /dev/serial/by-id`"};
   }
@@ -361,11 +366,12 @@ void declare_options(Node& node, const DiffDriveOptions& defaults) {
       "rearm", defaults.rearm,
       described("what lets the base move again after a stop: neutral (its input was zero or silent for one "
                 "timeout, then a new command) or fresh (a new command)"));
-  node.declare_parameter(
-      "hardware", defaults.hardware,
-      described("the motor board on the serial line: " + one_of(hardware_names()) + " (perfect wheels)"));
+  node.declare_parameter("hardware", defaults.hardware,
+                         described("the motor board: " + one_of(hardware_names()) + " (perfect wheels)"));
   node.declare_parameter("serial_port", defaults.serial_port,
                          described("path of the board's line; /dev/serial/by-id/... survives replugging"));
+  node.declare_parameter("can_interface", defaults.can_interface,
+                         described("the network interface of boards on a CAN bus (odrive_can, vesc_can)"));
   for (const IntegerRow& row : kIntegers)
     node.declare_parameter(std::string(row.name), defaults.*row.field, described(row.description));
   for (const BoardSwitchRow& row : kBoardSwitches)
@@ -399,6 +405,7 @@ DiffDriveOptions read_options(const Node& node) {
   options.rearm = node.get<std::string>("rearm");
   options.hardware = node.get<std::string>("hardware");
   options.serial_port = node.get<std::string>("serial_port");
+  options.can_interface = node.get<std::string>("can_interface");
   for (const IntegerRow& row : kIntegers) options.*row.field = node.get<std::int64_t>(std::string(row.name));
   for (const BoardSwitchRow& row : kBoardSwitches) options.*row.field = node.get<bool>(std::string(row.name));
   return options;

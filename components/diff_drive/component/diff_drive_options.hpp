@@ -66,7 +66,8 @@ struct DiffDriveOptions {
 
   std::string hardware = "waveshare";  ///< One of hardware_names().
   std::string serial_port = "/dev/ttyAMA0";
-  std::int64_t baud_rate = 0;  ///< 0: the board's usual one.
+  std::string can_interface = "can0";  ///< Of boards on a CAN bus, instead of serial_port.
+  std::int64_t baud_rate = 0;          ///< 0: the board's usual one.
   std::int64_t board_address = 0;
   std::int64_t left_channel = -1, right_channel = -1;  ///< In the board's numbers; -1: its usual ones.
   bool left_reversed = false, right_reversed = false;

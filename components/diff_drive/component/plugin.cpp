@@ -9,8 +9,9 @@ inline constexpr nacelle::ComponentAbout nacelle::kComponentAbout<nacelle::diff_
         "joint states and the battery. Without topics.NAME.topic its one input is cmd_vel; with it, the inputs are "
         "those topics only.",
     .devices =
-        "motor boards on a serial line: Waveshare UGV boards (General Driver for Robots), RoboClaw (packet serial), "
-        "VESC (UART), ODrive (ASCII), home-made boards",
+        "motor boards on a CAN bus (can_interface): ODrive, VESC; on a serial line: Waveshare UGV boards (General "
+        "Driver for "
+        "Robots), RoboClaw (packet serial), VESC (UART), ODrive (ASCII), home-made boards",
     .also_with = "topics.NAME.topic:=cmd_vel_joy\nlocks.NAME.topic:=pause_navigation\npublish_limited_velocity:=true"};
 
 NACELLE_REGISTER_COMPONENT(nacelle::diff_drive::DiffDriveComponent)

@@ -18,6 +18,8 @@ BaseFault fault_of(io::StreamFault fault) {
     case io::StreamFault::HungUp:
     case io::StreamFault::NotFound: return BaseFault::LineLost;
     case io::StreamFault::WouldBlock: return BaseFault::LineStuck;
+    case io::StreamFault::LineDown: return BaseFault::LineDown;
+    case io::StreamFault::BusOff: return BaseFault::BusOff;
     default: return BaseFault::LineRefused;
   }
 }
@@ -56,7 +58,12 @@ Result<void, BaseFault> SerialBasePort::start() {
   Deaf deaf;
   for (int reads = 0; reads < 16; ++reads) {
     const auto bytes = line_->read_until({});
-    if (!bytes) return err(fault_of(bytes.error()));
+    if (!bytes) {
+      // Reported before this start: the bus may be back since.
+      const bool may_be_over = bytes.error() == io::StreamFault::BusOff || bytes.error() == io::StreamFault::LineDown;
+      if (may_be_over && line_->reopen()) continue;
+      return err(fault_of(bytes.error()));
+    }
     if (bytes.value().empty()) break;
     board_->feed(bytes.value(), clock_.now(), deaf);
   }

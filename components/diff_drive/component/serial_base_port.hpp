@@ -12,7 +12,7 @@
 
 namespace nacelle::diff_drive {
 
-/// A base behind a motor board on a serial line: joins a MotorBoard to a ByteStream.
+/// A base behind a motor board on a serial line, or boards on a CAN bus: joins a MotorBoard to a ByteStream.
 ///
 /// It stands in component/ and not in port/, because it is where protocol and port meet.
 /// Commands do not queue: the newest replaces one that has not left the line yet, and a stop goes before all that waits.

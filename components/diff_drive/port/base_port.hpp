@@ -26,6 +26,8 @@ enum class BaseFault : std::uint8_t {
   LineLost,     ///< The other end is gone (pulled cable); only reopening may help.
   LineStuck,    ///< The line took no bytes, or only a part, in time. The wheels keep their motion. Try again.
   LineRefused,  ///< The kernel refused for another reason.
+  LineDown,     ///< A CAN interface that is set down; reopening helps once it is up.
+  BusOff,       ///< The CAN controller left its bus after too many errors; reopening helps once it is restarted.
   NotSendable,  ///< The rates are not finite or above max_wheel_rate(): a bug of the caller. Nothing was sent.
 };
 [[nodiscard]] std::string_view explain(BaseFault fault);
@@ -64,7 +66,7 @@ class BasePort {
   /// Stops the wheels, requests the feedback that the driver needs, and discards earlier feedback.
   [[nodiscard]] virtual Result<void, BaseFault> start() = 0;
   /// Hands wheel states to the sink as they come; returns after the first ones, at the deadline, or on interrupt().
-  /// Errors: LineLost, LineRefused.
+  /// Errors: LineLost, LineRefused, LineDown, BusOff.
   [[nodiscard]] virtual Result<void, BaseFault> read_until(MonotonicTime deadline, WheelStateSink& sink) = 0;
   /// Has returned when the kernel has the whole command. Precondition: finite, no wheel above max_wheel_rate().
   /// Errors: all.
@@ -72,7 +74,7 @@ class BasePort {
   /// Commands zero, with the stop frame where there is one.
   [[nodiscard]] virtual Result<void, BaseFault> stop() = 0;
   /// Opens a lost line again and starts the board behind it; the descriptor's number stays.
-  /// Errors: LineLost while it is not there, LineRefused; the port is then as before.
+  /// Errors: LineLost, LineDown, BusOff while it is so, LineRefused; the port is then as before.
   [[nodiscard]] virtual Result<void, BaseFault> reopen() { return start(); }
   /// Waits without listening, for a line that is lost; returns at the deadline or on interrupt().
   virtual void rest_until(MonotonicTime deadline) = 0;

@@ -18,6 +18,11 @@ std::string_view explain(StreamFault fault) {
     case StreamFault::BusStuck:
       return "the bus is stuck: a line is held low or another master holds it (wiring, pull-ups; a power cycle frees "
              "it)";
+    case StreamFault::LineDown:
+      return "the CAN interface is down (`sudo ip link set can0 up type can bitrate 500000`, with the boards' bit "
+             "rate)";
+    case StreamFault::BusOff:
+      return "the CAN controller is off the bus (wiring, termination, bit rate; `ip -details link show can0`)";
   }
   return "unknown fault";
 }

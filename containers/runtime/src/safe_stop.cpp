@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "safe_stop.hpp"
 
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -42,20 +43,38 @@ std::int64_t monotonic_ns() noexcept {
 
 // A reader sees the frame with its descriptor, or no descriptor.
 template <typename Stop>
-void publish_frame(Stop& stop, int descriptor, ByteView frame) {
+void publish_frame(Stop& stop, int descriptor, ByteView frame, std::size_t bytes_a_write) {
   static_cast<void>(stop.descriptor.exchange(-1, std::memory_order_acq_rel));  // acquire: the copy stays behind it
   std::ranges::copy(frame, stop.frame.begin());
   stop.length = frame.size();
+  stop.bytes_a_write = bytes_a_write;
   stop.descriptor.store(descriptor, std::memory_order_release);
 }
 
 bool write_frame(const CrashEntry& entry) noexcept {
   const int descriptor = entry.descriptor.load(std::memory_order_acquire);
-  if (descriptor < 0) return false;
-  return ::write(descriptor, entry.frame.data(), entry.length) == static_cast<ssize_t>(entry.length);
+  return descriptor >= 0 && write_stop(descriptor, {entry.frame.data(), entry.length}, entry.bytes_a_write);
+}
+
+std::size_t bytes_a_write_of(int descriptor) {
+  constexpr std::size_t kCanFrameBytes = 16;  // struct can_frame
+  int family = 0;
+  socklen_t length = sizeof family;
+  const bool is_socket = ::getsockopt(descriptor, SOL_SOCKET, SO_DOMAIN, &family, &length) == 0;
+  return is_socket && family == AF_CAN ? kCanFrameBytes : 0;
 }
 
 }  // namespace
+
+bool write_stop(int descriptor, ByteView frame, std::size_t bytes_a_write) noexcept {
+  const std::size_t step = bytes_a_write == 0 ? frame.size() : bytes_a_write;
+  bool all = !frame.empty();
+  for (std::size_t at = 0; at < frame.size(); at += step) {
+    const std::size_t length = std::min(step, frame.size() - at);
+    if (::write(descriptor, frame.data() + at, length) != static_cast<ssize_t>(length)) all = false;
+  }
+  return all;
+}
 
 const CrashEntry* first_crash_entry() noexcept { return head.load(std::memory_order_acquire); }
 
@@ -70,7 +89,9 @@ void mirror_safe_stops() noexcept {
   for (const CrashEntry* entry = first_crash_entry(); entry != nullptr; entry = entry->next) {
     const int descriptor = entry->descriptor.load(std::memory_order_acquire);
     WatchedStop* const copy = watched_stop(entry->number);
-    if (descriptor >= 0 && copy != nullptr) publish_frame(*copy, descriptor, {entry->frame.data(), entry->length});
+    if (descriptor >= 0 && copy != nullptr) {
+      publish_frame(*copy, descriptor, {entry->frame.data(), entry->length}, entry->bytes_a_write);
+    }
   }
 }
 
@@ -89,11 +110,12 @@ SafeStop::~SafeStop() {
 
 void SafeStop::set_image(const std::string& image) { copy_text(image, entry_.image); }
 
-void SafeStop::set(int descriptor, ByteView frame) {
+void SafeStop::set(int descriptor, ByteView frame, std::size_t bytes_a_write) {
   NACELLE_EXPECT(frame.size() <= entry_.frame.size(), "a stop frame fits into 64 bytes");
+  if (bytes_a_write == 0) bytes_a_write = bytes_a_write_of(descriptor);
   if (entry_.number == CrashEntry::kNoNumber) entry_.number = numbers_given.fetch_add(1);
-  publish_frame(entry_, descriptor, frame);
-  if (WatchedStop* const copy = watched_stop(entry_.number)) publish_frame(*copy, descriptor, frame);
+  publish_frame(entry_, descriptor, frame, bytes_a_write);
+  if (WatchedStop* const copy = watched_stop(entry_.number)) publish_frame(*copy, descriptor, frame, bytes_a_write);
   was_set_.store(true, std::memory_order_relaxed);
 }
 

@@ -22,6 +22,7 @@ struct CrashEntry {
   std::array<char, 256> image{};  // the library's path, as the linker has it
   std::atomic<int> descriptor{-1};
   std::size_t length = 0;
+  std::size_t bytes_a_write = 0;  // a CAN socket takes one frame a write, and refuses more; 0: all in one
   std::array<std::uint8_t, 64> frame{};
   std::size_t number = kNoNumber;  // of its copy for the watcher (stop_watcher.hpp), from the first frame on
   /// Monotonic nanoseconds of the load, or of the last activation.
@@ -32,6 +33,9 @@ struct CrashEntry {
 
 /// Returns the first entry, or null. Async-signal-safe, like everything here that only reads.
 [[nodiscard]] const CrashEntry* first_crash_entry() noexcept;
+/// Writes a stop frame in pieces of so many bytes (0: in one). A piece that is refused does not keep the others, which may be another
+/// wheel's, from being written. Returns whether all were. Async-signal-safe.
+[[nodiscard]] bool write_stop(int descriptor, ByteView frame, std::size_t bytes_a_write) noexcept;
 /// Copies the registered frames to a watcher that has just been started.
 void mirror_safe_stops() noexcept;
 
@@ -46,7 +50,8 @@ class SafeStop {
   void set_image(const std::string& image);
   /// Records that the component becomes active now, for the age in a crash record.
   void note_activation();
-  void set(int descriptor, ByteView frame);
+  /// `bytes_a_write` 0: the descriptor tells, 16 for a CAN socket (a struct can_frame), else all in one write.
+  void set(int descriptor, ByteView frame, std::size_t bytes_a_write = 0);
   void clear();
   /// Makes one attempt: the line is non-blocking, and the caller could not report a failure.
   void write() const noexcept;

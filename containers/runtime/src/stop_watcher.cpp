@@ -32,10 +32,10 @@ constexpr int kParentEnded = SIGUSR1;
 
 // The commands in a line's output queue are from a process that has ended; the stop replaces them.
 bool write_watched(const WatchedStop& stop, int descriptor) noexcept {
-  const auto length = static_cast<ssize_t>(stop.length);
-  if (::write(descriptor, stop.frame.data(), stop.length) == length) return true;
+  const ByteView frame{stop.frame.data(), stop.length};
+  if (write_stop(descriptor, frame, stop.bytes_a_write)) return true;
   ::tcflush(descriptor, TCOFLUSH);
-  return ::write(descriptor, stop.frame.data(), stop.length) == length;
+  return write_stop(descriptor, frame, stop.bytes_a_write);
 }
 
 // A blocked line must not keep the watcher alive, and with it the container's descriptors.

@@ -16,6 +16,7 @@ namespace nacelle::runtime {
 struct WatchedStop {
   std::atomic<int> descriptor{-1};
   std::size_t length = 0;
+  std::size_t bytes_a_write = 0;  // CrashEntry::bytes_a_write
   std::array<std::uint8_t, 64> frame{};
 };
 

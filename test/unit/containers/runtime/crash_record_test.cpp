@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -284,6 +285,29 @@ TEST(SafeStops, all_of_the_process_are_written_and_those_that_are_cleared_are_no
   char text[16] = {};
   EXPECT_EQ(::read(ends[0], text, sizeof text), 8);
   EXPECT_TRUE(two.was_ever_set());
+  ::close(ends[0]);
+  ::close(ends[1]);
+}
+
+// A CAN socket takes one frame a write, and refuses two in one: a base with a board a wheel would stop one wheel, or none.
+TEST(SafeStops, a_frame_of_several_writes_is_written_piece_by_piece) {
+  int ends[2];
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET, 0, ends), 0);
+  const auto next = [&] {
+    char text[16] = {};
+    const ssize_t count = ::recv(ends[0], text, sizeof text, MSG_DONTWAIT);
+    return std::string(text, count > 0 ? static_cast<std::size_t>(count) : 0);
+  };
+  SafeStop base{"/base"};
+  base.set(ends[1], {kFrame, 4}, 2);
+  EXPECT_EQ(write_all_safe_stops(), 1U);
+  EXPECT_EQ(next(), "ST");
+  EXPECT_EQ(next(), "OP");
+  EXPECT_EQ(next(), "");
+
+  base.set(ends[1], {kFrame, 4});
+  EXPECT_EQ(write_all_safe_stops(), 1U);
+  EXPECT_EQ(next(), "STOP") << "in one write where the descriptor is no CAN socket";
   ::close(ends[0]);
   ::close(ends[1]);
 }

@@ -22,7 +22,9 @@ enum class StreamFault : std::uint8_t {
   InUse,         ///< reopen(): another program has it open.
   NotUsable,     ///< reopen(): the path is there but is no terminal, or does not take the settings.
   NoAnswer,      ///< A bus: no device acknowledged the address.
-  BusStuck       ///< A bus: a line is held, no transfer ends.
+  BusStuck,      ///< A bus: a line is held, no transfer ends.
+  LineDown,      ///< A CAN interface: it is there, and set down. reopen() restores it once it is up.
+  BusOff         ///< A CAN controller left its bus after too many errors. reopen() restores it once it is restarted.
 };
 
 /// "the line hung up (cable pulled?)"

@@ -76,7 +76,7 @@ TEST(DescribedBase, warns_about_unused_settings) {
       texts(base.warnings),
       (Texts{"robot.urdf:6: the hardware plugin 'gz_ros2_control/GazeboSimSystem' is not run here; the base drives "
              "a waveshare board; say nacelle/waveshare, nacelle/roboclaw, nacelle/vesc, nacelle/odrive, "
-             "nacelle/framed, nacelle/text or "
+             "nacelle/odrive_can, nacelle/vesc_can, nacelle/framed, nacelle/text or "
              "nacelle/loopback, or set the parameter "
              "hardware",
              "robot.urdf:7: the base has no use for the parameter 'pid_p'; encoders and their control "
@@ -102,6 +102,20 @@ TEST(DescribedBase, takes_the_wiring_of_a_board_with_channels) {
   EXPECT_TRUE(base.defaults.left_reversed);
   EXPECT_FALSE(base.defaults.right_reversed);
   EXPECT_EQ(base.defaults.board_address, 129);
+}
+
+TEST(DescribedBase, takes_the_bus_of_odrives_own_plugin_and_of_ours) {
+  const auto theirs = Robot{.plugin = "odrive_ros2_control_plugin/ODriveHardwareInterface",
+                            .params = "<param name=\"can\">can1</param>"}
+                          .read();
+  EXPECT_EQ(texts(theirs.problems), Texts{});
+  EXPECT_EQ(texts(theirs.warnings), Texts{});
+  EXPECT_EQ(theirs.defaults.hardware, "odrive_can");
+  EXPECT_EQ(theirs.defaults.can_interface, "can1");
+  const auto ours = Robot{.plugin = "nacelle/vesc_can", .params = "<param name=\"can_interface\">can2</param>"}.read();
+  EXPECT_EQ(ours.defaults.hardware, "vesc_can");
+  EXPECT_EQ(ours.defaults.can_interface, "can2");
+  EXPECT_EQ(Robot{.plugin = "nacelle/odrive"}.read().defaults.hardware, "odrive") << "the one on a serial line";
 }
 
 TEST(DescribedBase, tells_what_does_not_fit) {

@@ -4,8 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <limits>
+
+#include "diff_drive/component/boards.hpp"
 
 namespace nacelle::diff_drive {
 namespace {
@@ -65,6 +68,12 @@ TEST(DiffDriveOptions, each_mistake_names_node_parameter_value_and_way_out) {
        [](auto& o) { o.hardware = "roboclaw", o.counts_per_turn = 9, o.right_channel = 1; }},
       {"right_channel", "channel -1", [](auto& o) { o.hardware = "vesc", o.counts_per_turn = 90; }},
       {"right_channel", "300", [](auto& o) { o.hardware = "vesc", o.counts_per_turn = 90, o.right_channel = 300; }},
+      {"can_interface", "no interface", [](auto& o) { o.hardware = "odrive_can", o.can_interface.clear(); }},
+      {"left_channel", "63", [](auto& o) { o.hardware = "odrive_can", o.left_channel = 63; }},
+      {"right_channel", "channel 1", [](auto& o) { o.hardware = "odrive_can", o.left_channel = 1; }},
+      {"left_channel", "-1 is no channel", [](auto& o) { o.hardware = "vesc_can", o.counts_per_turn = 90; }},
+      {"counts_per_turn", "not set",
+       [](auto& o) { o.hardware = "vesc_can", o.left_channel = 7, o.right_channel = 42; }},
       {"board_address", "200", [](auto& o) { o.hardware = "roboclaw", o.counts_per_turn = 9, o.board_address = 200; }},
   };
   for (const Row& row : table) {
@@ -90,6 +99,33 @@ TEST(DiffDriveOptions, a_loopback_needs_no_line) {
   options.hardware = "loopback";
   options.serial_port.clear();
   EXPECT_TRUE(validated(options, "/d"));
+}
+
+TEST(DiffDriveOptions, boards_on_can_need_no_serial_line_and_know_their_frames) {
+  DiffDriveOptions options;
+  options.hardware = "odrive_can";
+  options.serial_port.clear();
+  options.left_channel = 3;
+  ASSERT_TRUE(validated(options, "/d"));
+  EXPECT_EQ(line_of_board(options), "can0");
+  constexpr std::uint32_t kExtended = 0x80000000, kRemote = 0x40000000;
+  const auto passes = [&](std::uint32_t id) {
+    const auto filters = filters_of_board(options);
+    return std::ranges::any_of(filters,
+                               [&](const auto& filter) { return (id & filter.mask) == (filter.id & filter.mask); });
+  };
+  EXPECT_TRUE(passes(0x061) && passes(0x069)) << "of node 3";
+  EXPECT_TRUE(passes(0x021)) << "of node 1";
+  EXPECT_FALSE(passes(0x041) || passes(0x069 | kRemote) || passes(0x069 | kExtended));
+
+  options.hardware = "vesc_can";
+  options.left_channel = 7;
+  options.right_channel = 42;
+  options.counts_per_turn = 90;
+  ASSERT_TRUE(validated(options, "/d"));
+  EXPECT_TRUE(passes(0x907 | kExtended) && passes(0x1B2A | kExtended)) << "status messages of both";
+  EXPECT_TRUE(passes(0x8FE | kExtended)) << "answers to this host";
+  EXPECT_FALSE(passes(0x908 | kExtended) || passes(0x107));
 }
 
 TEST(DiffDriveOptions, deprecated_switches_turn_limits_off_and_say_so) {

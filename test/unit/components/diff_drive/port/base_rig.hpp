@@ -47,6 +47,8 @@ class BaseRig {
   virtual WheelState run(Duration length) = 0;
   /// Writes bytes to the port's descriptor as a stranger would, and lets the base see them.
   virtual void write_as_stranger(ByteView bytes) = 0;
+  /// Whether a command can get through in part: not where a write is a whole frame.
+  [[nodiscard]] virtual bool can_tear() const { return true; }
   /// States that have come through the port in all runs.
   std::uint64_t states = 0;
 };
