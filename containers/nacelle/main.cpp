@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "calibration_commands/commands.hpp"
 #include "cli/output.hpp"
 #include "cli/program.hpp"
 #include "cli/version.hpp"
@@ -44,6 +45,8 @@ int main(int argc, char** argv) {
   add_security_commands(root);
   add_teleop_command(root);
   add_sim_commands(root);
+  add_imu_commands(root);
+  add_base_commands(root);
   add_interface_command(root);
   add_xacro_command(root);
   add_completion_command(root);

@@ -125,6 +125,9 @@ EXAMPLES = (
     Example("estop set"),
     Example("estop release"),
     Example("teleop", keys="iik", lines=20),
+    # A robot that stands still shows a magnetometer one direction only.
+    Example("imu calibrate --mag --turn 2", stdin="ready", exit_codes=(1,)),
+    Example("base calibrate --distance 0.3 --turns 0.5 --measured-distance 0.297 --measured-turns 0.49 --yes"),
     Example("sim world --dir world -v", ends=2),
     Example("sim device rplidar_a1 --pty rplidar", ends=2),
     Example("sim truth"),
@@ -141,7 +144,8 @@ EXAMPLES = (
 
 HEADINGS = {
     "launch": "Start", "component": "Components", "node": "Graph", "param": "Parameters", "tf": "Frames", "streams": "What it costs",
-    "faults": "What is wrong", "security": "Security", "estop": "Stop and drive", "sim": "The simulated robot", "interface": "Messages and files",
+    "faults": "What is wrong", "security": "Security", "estop": "Stop and drive", "imu": "Calibration", "sim": "The simulated robot",
+    "interface": "Messages and files",
 }  # fmt: skip
 
 INTRODUCTION = """# Every command
@@ -159,7 +163,7 @@ The manual page has the same content (`man nacelle`, once installed). For comple
 use `source <(nacelle completion bash)`, also `zsh` and `fish`; an installation sets it up.
 
 Exit codes: 0 success; 1 failure: a name does not exist, a file cannot be read, or the robot refused; 2 wrong usage: an invalid word,
-option or value, detected without querying a container; 3 no container is running.
+option or value, detected without querying a container; 3 no container is running; 130 a signal ended a drive or a calibration.
 """
 
 
