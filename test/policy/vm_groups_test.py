@@ -25,16 +25,26 @@ class Groups(unittest.TestCase):
     def test_the_table_counts_cases_and_gives_the_reason_of_those_that_did_not_pass(self):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
-            for group in ("serial", "camera"):
+            for group in ("serial", "camera", "i2c"):
                 (folder / group).mkdir()
             (folder / "serial/results.xml").write_text(RESULTS)
             (folder / "serial/seconds.txt").write_text("12\n")
             (folder / "camera/output.txt").write_text("Segmentation fault\n")
-            lines = groups.table(folder, ["serial", "camera", "gpio"]).splitlines()
+            (folder / "i2c/skipped.txt").write_text("skipped: i2c-regsim could not be compiled\n")
+            lines = groups.table(folder, ["serial", "camera", "gpio", "i2c"]).splitlines()
         self.assertEqual(lines[0].split(), ["group", "passed", "failed", "skipped", "seconds"])
         self.assertEqual(lines[1].split(), ["serial", "1", "1", "1", "12"])
         self.assertEqual(lines[2:4], ["    FAILED Line.breaks: a.cpp:3 no bytes", "    skipped Line.waits: a.cpp:9 no device"])
-        self.assertEqual([line.split(": ")[-1] for line in lines[4:]], ["the program ended early", "it did not run"])
+        self.assertEqual([line.split(": ")[-1] for line in lines[4:]], ["the program ended early", "it did not run", "i2c-regsim could not be compiled"])
+
+    def test_modules_that_the_kernel_has_neither_as_a_file_nor_in_itself_are_missing(self):
+        with tempfile.TemporaryDirectory() as name:
+            modules = Path(name) / "lib/modules/6.12"
+            (modules / "kernel/drivers").mkdir(parents=True)
+            (modules / "kernel/drivers/cdc-acm.ko.xz").touch()
+            (modules / "modules.builtin").write_text("kernel/fs/configfs/configfs.ko\n")
+            self.assertEqual(groups.not_built(Path(name), "configfs cdc_acm gpio-sim vivid:n_devs=1"), ["gpio-sim", "vivid"])
+            self.assertEqual(groups.not_built(Path(name), ""), [])
 
     def test_the_machine_runs_the_program_with_its_filter_and_keeps_its_exit_code(self):
         script = groups.script_of(Path("/b/vm_x_test"), "Line.*")

@@ -34,6 +34,15 @@ def no_machine():
     return None
 
 
+def not_built(kernel: Path, modules: str) -> list:
+    """Which of the modules this kernel does not have. Those that are not Debian's want a compiler like the kernel's own."""
+    there = {file.name.split(".ko")[0].replace("-", "_") for file in kernel.glob("lib/modules/*/**/*.ko*")}
+    for builtin in kernel.glob("lib/modules/*/modules.builtin"):
+        there |= {Path(line).name.removesuffix(".ko").replace("-", "_") for line in builtin.read_text().split()}
+    wanted = [module.split(":")[0] for module in modules.split()]
+    return [name for name in wanted if name.replace("-", "_") not in there]
+
+
 def script_of(program: Path, pattern: str) -> str:
     """What the machine runs: the program, its output and results below /out, and the kernel's last word."""
     words = ["timeout", "-k", "5", str(LIMIT_S), str(program), "--gtest_output=xml:/out/results.xml", *([f"--gtest_filter={pattern}"] if pattern else [])]
@@ -67,6 +76,9 @@ def table(folder: Path, groups: list) -> str:
     for group in groups:
         out = folder / group
         cases = cases_of(out)
+        if (skipped := out / "skipped.txt").is_file():
+            lines.append(f"{group:10} {skipped.read_text().strip()}")
+            continue
         if not cases:
             said = out / "output.txt"
             lines.append(f"{group:10} no results: {'the program ended early' if said.is_file() else 'it did not run'}")
@@ -92,10 +104,13 @@ def run(wish) -> int:
             return made.returncode
         if made.returncode == 77:
             why = made.stdout.strip().removeprefix("skipped: ")
+        elif release != "bookworm" and (missing := not_built(Path(made.stdout.strip()), wish.modules)):
+            why = f"{', '.join(missing)} could not be compiled here for {release}'s kernel"
+    out.mkdir(parents=True)
     if why is not None:
+        (out / "skipped.txt").write_text(f"skipped: {why}\n")
         print(f"skipped: {why}")
         return 77
-    out.mkdir(parents=True)
     (out / "test.sh").write_text(script_of(wish.program.resolve(), wish.filter))
     begin = time.monotonic()
     shares = {ROOT, wish.program.resolve().parent}  # the machine has /tmp and /run of its own

@@ -2,6 +2,7 @@
 // Serial lines of a real kernel driver: cdc_acm and a USB device of the kernel's own, whose cable is pulled.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <random>
 #include <thread>
@@ -71,7 +72,7 @@ TEST_F(SerialLine, is_for_one_program_at_a_time) {
   ASSERT_TRUE(first);
   const auto second = SerialPort::open({AcmGadget::kRobotEnd, 115200}, clock_);
   ASSERT_FALSE(second);
-  EXPECT_EQ(second.error().what, "in use by another program");
+  EXPECT_EQ(second.error().what, "in use by vm_serial_test (pid " + std::to_string(::getpid()) + ")");
 }
 
 TEST_F(SerialLine, a_pulled_cable_ends_a_read_that_waits) {

@@ -116,6 +116,9 @@ Result<void, StreamFault> I2cBus::transfer(std::uint8_t address, ByteView out, B
 bool I2cBus::wait_until(MonotonicTime time) { return wait_readable(-1, bell_, clock_, time) != Wake::Woken; }
 
 Result<void, StreamFault> I2cBus::reopen() {
+  // The kernel does not let an unplugged adapter go while it is open: its driver waits, and its number is not free for the one that returns.
+  bus_ = Descriptor{};
+  away_ = true;
   auto fresh = open_adapter(settings_);
   if (!fresh) return err(is_missing(fresh.error()) ? StreamFault::NotFound : StreamFault::NotUsable);
   bus_ = std::move(fresh).value();

@@ -7,14 +7,11 @@
 #include <utility>
 
 #include "nacelle/node/frame_name.hpp"
+#include "range/component/descriptors.hpp"
 
 namespace nacelle::range {
 namespace {
 
-ParameterDescriptor described(std::string text) { return {.description = std::move(text)}; }
-ParameterDescriptor within(std::string text, double from, double to) {
-  return {.description = std::move(text), .floating_point_range = FloatingPointRange{from, to}};
-}
 ParameterDescriptor line_descriptor(std::string text) {
   return {.description = std::move(text), .integer_range = IntegerRange{0, 1023}};
 }

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only OR Apache-2.0
 // An I2C bus with one chip of 256 registers, for tests in a virtual machine. Unlike the kernel's i2c-stub it answers plain I2C_RDWR
-// transfers, and it fails on request. The chip's registers are the file `regs` of the platform device.
+// transfers, and it fails on request. The chip's registers are the file `regs` of the platform device. Writing 0 to its file `plugged` takes the
+// bus away as unplugging a USB adapter does: transfers fail, the node in /dev goes, and the adapter when the last program has closed it. Writing 1
+// brings it back; that waits for the old one's end, and fails after a minute.
+#include <linux/completion.h>
 #include <linux/i2c.h>
 #include <linux/module.h>
 #include <linux/platform_device.h>
+#include <linux/workqueue.h>
 
 static unsigned int addr = 0x68;
 module_param(addr, uint, 0644);
@@ -21,11 +25,15 @@ MODULE_PARM_DESC(transfers, "how many there have been");
 static u8 regs[256];
 static u8 pointer;
 static struct platform_device *device;
+static bool plugged;
+static DECLARE_COMPLETION(gone);
 
 static int transfer(struct i2c_adapter *adapter, struct i2c_msg *messages, int count)
 {
 	int i, k;
 
+	if (!READ_ONCE(plugged))
+		return -ENODEV;
 	transfers++;
 	if (stuck)
 		return -ETIMEDOUT;
@@ -85,6 +93,54 @@ static struct bin_attribute regs_file = {
 	.write = write_regs,
 };
 
+static int plug(void)
+{
+	int result;
+
+	adapter.dev.parent = &device->dev;
+	WRITE_ONCE(plugged, true);
+	result = i2c_add_adapter(&adapter);
+	if (result)
+		WRITE_ONCE(plugged, false);
+	return result;
+}
+
+/* Waits for every program that has the adapter open. */
+static void remove_adapter(struct work_struct *work)
+{
+	i2c_del_adapter(&adapter);
+	complete(&gone);
+}
+static DECLARE_WORK(removal, remove_adapter);
+
+static ssize_t plugged_show(struct device *dev, struct device_attribute *attribute, char *buffer)
+{
+	return sysfs_emit(buffer, "%d\n", plugged);
+}
+
+static ssize_t plugged_store(struct device *dev, struct device_attribute *attribute, const char *buffer, size_t size)
+{
+	bool wish;
+	int result = kstrtobool(buffer, &wish);
+
+	if (result)
+		return result;
+	if (wish == plugged)
+		return size;
+	if (!wish) {
+		WRITE_ONCE(plugged, false);
+		schedule_work(&removal);
+		return size;
+	}
+	if (!wait_for_completion_timeout(&gone, 60 * HZ))
+		return -EBUSY;
+	result = plug();
+	if (result)
+		complete(&gone);
+	return result ? result : size;
+}
+static DEVICE_ATTR_RW(plugged);
+
 static int __init begin(void)
 {
 	int result;
@@ -92,15 +148,19 @@ static int __init begin(void)
 	device = platform_device_register_simple("i2c-regsim", -1, NULL, 0);
 	if (IS_ERR(device))
 		return PTR_ERR(device);
-	adapter.dev.parent = &device->dev;
-	result = i2c_add_adapter(&adapter);
+	result = plug();
 	if (result)
 		goto no_adapter;
 	result = sysfs_create_bin_file(&device->dev.kobj, &regs_file);
 	if (result)
 		goto no_file;
+	result = device_create_file(&device->dev, &dev_attr_plugged);
+	if (result)
+		goto no_attribute;
 	return 0;
 
+no_attribute:
+	sysfs_remove_bin_file(&device->dev.kobj, &regs_file);
 no_file:
 	i2c_del_adapter(&adapter);
 no_adapter:
@@ -110,8 +170,11 @@ no_adapter:
 
 static void __exit end(void)
 {
+	device_remove_file(&device->dev, &dev_attr_plugged);
 	sysfs_remove_bin_file(&device->dev.kobj, &regs_file);
-	i2c_del_adapter(&adapter);
+	flush_work(&removal);
+	if (plugged)
+		i2c_del_adapter(&adapter);
 	platform_device_unregister(device);
 }
 

@@ -34,6 +34,7 @@ class I2cBus final : public RegisterBus {
   [[nodiscard]] Result<void, StreamFault> transfer(std::uint8_t address, ByteView out, ByteSpan in) override;
   [[nodiscard]] bool wait_until(MonotonicTime time) override;
   void interrupt() noexcept override { bell_.ring(); }
+  /// Closes the bus before it opens it: an adapter that was unplugged is only then gone for the kernel.
   [[nodiscard]] Result<void, StreamFault> reopen() override;
   [[nodiscard]] bool is_away() const noexcept override { return away_.load(std::memory_order_acquire); }
 

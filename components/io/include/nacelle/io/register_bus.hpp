@@ -32,7 +32,7 @@ class RegisterBus {
 
   /// Opens the same bus again after a fault. Errors: NotFound, NotUsable.
   [[nodiscard]] virtual Result<void, StreamFault> reopen() = 0;
-  /// True until reopen() has found a bus that was absent from the start.
+  /// True until reopen() has found a bus that was absent, from the start or since a fault.
   [[nodiscard]] virtual bool is_away() const noexcept { return false; }
 };
 
