@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "camera/component/camera_component.hpp"
 #include "camera/port/v4l2_capture.hpp"
 #include "support/recording_host.hpp"
