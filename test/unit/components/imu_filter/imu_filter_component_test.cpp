@@ -111,7 +111,7 @@ TEST_F(ImuFilterNode, a_heading_without_a_field_has_the_variance_of_an_unknown_a
   start();
   send(at_rest());
   ASSERT_EQ(published().size(), 1U);
-  const auto& covariance = published()[0].orientation_covariance;
+  const auto covariance = published()[0].orientation_covariance;
   EXPECT_NEAR(covariance[0], 0.0025, 1e-12);
   EXPECT_NEAR(covariance[4], 0.0025, 1e-12);
   EXPECT_NEAR(covariance[8], std::numbers::pi * std::numbers::pi / 3, 1e-12);
