@@ -35,7 +35,7 @@ class EvdevPad final : public PadPort {
   std::string path_;
   std::atomic<bool> away_;
   Bell bell_;
-  std::array<std::uint8_t, 64 * 24> buffer_{};  // the kernel keeps about 64 events for each reader
+  std::array<std::uint8_t, std::size_t{64} * 24> buffer_{};  // the kernel keeps about 64 events for each reader
 };
 
 }  // namespace nacelle::joy

@@ -101,7 +101,7 @@ class RealPad : public ::testing::Test {
     const char* const slowness = std::getenv("NACELLE_TEST_SLOWNESS");
     return 10s * (slowness != nullptr ? std::atoi(slowness) : 1);
   }
-  const SystemClock clock_;
+  const SystemClock clock_{};
 };
 
 TEST_F(RealPad, is_found_by_number_name_and_path) {
