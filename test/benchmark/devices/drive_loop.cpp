@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diff_drive/component/drive_loop.hpp"
 
-#include <time.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <vector>
 
 #include "devices/device_runs.hpp"
