@@ -229,7 +229,7 @@ class ImuCalibration {
 
 }  // namespace
 
-int calibrate_imu(ImuWish wish) {
+int calibrate_imu(const ImuWish& wish) {
   Dialogue dialogue;
   if (auto fine = check_output(wish.output); !fine) return complain(fine.error());
   auto client = connect(wish.container);

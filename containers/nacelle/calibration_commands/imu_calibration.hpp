@@ -14,6 +14,6 @@ struct ImuWish {
 };
 
 /// Measures the errors of the IMU of a running robot with the user's hands, and writes its corrections. Returns the exit code.
-int calibrate_imu(ImuWish wish);
+int calibrate_imu(const ImuWish& wish);
 
 }  // namespace nacelle::cli
