@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motor_firmware.hpp"
 
-#include <string.h>
+#include <string.h>  // NOLINT(modernize-deprecated-headers): avr-gcc has no <cstring>
 
 namespace motor_firmware {
 namespace {

@@ -4,7 +4,7 @@
 // boards is in the hooks, which your own file writes: timers, PWM, encoders, the serial line.
 #pragma once
 
-#include <stdint.h>
+#include <stdint.h>  // NOLINT(modernize-deprecated-headers): avr-gcc has no <cstdint>
 
 namespace motor_firmware {
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -35,7 +36,7 @@ class RoboclawDevice final : public MotorDevice {
 
   /// What command 90 answers; the bits are those of the manual.
   void set_status(std::uint32_t status) { status_ = status; }
-  void set_battery(double volts) { tenths_v_ = static_cast<std::uint16_t>(volts * 10.0 + 0.5); }
+  void set_battery(double volts) { tenths_v_ = static_cast<std::uint16_t>(std::lround(volts * 10.0)); }
   /// Power off and on: counters, timeout and motion are gone.
   void restart();
   [[nodiscard]] double timeout_s() const { return 0.1 * timeout_tenths_; }

@@ -82,10 +82,7 @@ void Vl53l0xChip::start(std::uint8_t how) {
     mode_ = (how & 0x04U) != 0 ? Mode::Timed : Mode::BackToBack;
     stops_ = false;
     left_s_ = measurement_s();
-  } else if (how == 0x41 && sequence == 0x01) {
-    mode_ = Mode::Calibrating;
-    left_s_ = kCalibration_s;
-  } else if (how == 0x01 && sequence == 0x02) {
+  } else if ((how == 0x41 && sequence == 0x01) || (how == 0x01 && sequence == 0x02)) {
     mode_ = Mode::Calibrating;
     left_s_ = kCalibration_s;
   } else if (how == 0x01) {

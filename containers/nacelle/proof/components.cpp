@@ -100,7 +100,7 @@ void check_parameters(const LoadedComponent& component, Evidence& evidence) {
     if (what.ends_with('.')) what.pop_back();
     // What stands in a file that a parameter names is to be mended there.
     const bool in_file = problem.where.line > 0, named = parameter.empty() || what.find(parameter) != std::string::npos;
-    if (!in_file && parameter.empty() && !problem.where.empty()) what = problem.where.text() + ": " + what;
+    if (!in_file && parameter.empty() && !problem.where.empty()) what.insert(0, problem.where.text() + ": ");
     evidence.find(
         Rule::RefusedParameter,
         {in_file ? Place{problem.where.file, problem.where.line} : place_in(plan, problem),
