@@ -73,7 +73,8 @@ class Keeper {
     char word = 0;
     while (::read(control_, &word, 1) == 1) {
       if (word == kKill) end();
-      if (word == kStop) ::kill(daemon_, SIGSTOP);
+      if (word == kStop && ::kill(daemon_, SIGSTOP) == 0)
+        ::waitpid(daemon_, nullptr, WUNTRACED);  // it is still while this is answered
       answer(word == kStart ? start() : kReady);
     }
     end();

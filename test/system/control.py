@@ -6,6 +6,8 @@ import struct
 import threading
 import time
 
+from robot import SLOW
+
 TWIST, STAMPED, BOOL = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped", "std_msgs/msg/Bool"
 CLOCK = "rosgraph_msgs/msg/Clock"
 
@@ -33,7 +35,7 @@ class Control:
 
     def __init__(self, path):
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        self.socket.settimeout(10)
+        self.socket.settimeout(10 * SLOW)
         self.socket.connect(str(path))
 
     def send(self, kind, payload):

@@ -30,12 +30,12 @@ void store(uint8_t* at, uint32_t value, int bytes) {
 }
 float load_float(const uint8_t* at) {
   const uint32_t bits = load(at, 4);
-  float value;
+  float value = 0;
   memcpy(&value, &bits, sizeof value);
   return value;
 }
 void store_float(uint8_t* at, float value) {
-  uint32_t bits;
+  uint32_t bits = 0;
   memcpy(&bits, &value, sizeof bits);
   store(at, bits, 4);
 }
@@ -246,8 +246,8 @@ void MotorFirmware::report_frame() {
   frame[1] = 0x81;
   frame[2] = 20;
   for (int wheel = 0; wheel < 2; ++wheel) {
-    store(frame + 3 + 4 * wheel, static_cast<uint32_t>(counts_[wheel]), 4);
-    store_float(frame + 11 + 4 * wheel, rate_rps_[wheel]);
+    store(&frame[3 + 4 * wheel], static_cast<uint32_t>(counts_[wheel]), 4);
+    store_float(&frame[11 + 4 * wheel], rate_rps_[wheel]);
   }
   store(frame + 19, hooks_.battery_mv(hooks_.board), 2);
   store(frame + 21, hooks_.faults(hooks_.board), 2);

@@ -307,7 +307,7 @@ TEST_F(ImuChips, stamps_follow_the_chips_own_clock) {
   ASSERT_NO_FATAL_FAILURE(start("lsm6dsox"));
   run(20s);
   // Each 201 steps the stamps are a reading ahead, and two steps of half a period follow: the mean is that of whole such rounds.
-  constexpr std::size_t kSteps = 5 * 201;
+  constexpr std::size_t kSteps = 1005;
   const auto messages = last(kSteps + 1);
   const double mean_s = to_seconds(stamp_of(messages.back()) - stamp_of(messages.front())) / kSteps;
   EXPECT_NEAR(mean_s, 1.0 / 104 / 1.005, 5e-6);
@@ -374,8 +374,8 @@ TEST_F(ImuChips, a_chip_without_orientation_leaves_imu_data_to_a_filter) {
 /// A serial line on which time goes on when nothing comes.
 class SerialImu : public ImuChips {
  protected:
-  ImuComponent& make_on_line(const std::string& model, std::vector<io::ScriptedStream::Step> script,
-                             std::function<Bytes(ByteView)> device = {}) {
+  ImuComponent& make_on_line(const std::string& model, const std::vector<io::ScriptedStream::Step>& script,
+                             const std::function<Bytes(ByteView)>& device = {}) {
     set("model", model);
     NodeOptions options{context_};
     options.parameter_overrides(overrides_);
