@@ -7,6 +7,7 @@
 #include <climits>
 #include <cmath>
 
+#include "diff_drive/component/hiwonder_board.hpp"
 #include "diff_drive/component/home_made_board.hpp"
 #include "diff_drive/component/odrive_board.hpp"
 #include "diff_drive/component/odrive_can_board.hpp"
@@ -53,6 +54,15 @@ constexpr BoardKind kKinds[] = {
      .highest_channel = kVescHighestId,
      .usual_left = kNone,
      .usual_right = kNone},
+    {.name = "hiwonder",
+     .usual_baud = 1000000,
+     .lowest_channel = 1,
+     .highest_channel = 4,
+     .usual_left = 1,
+     .usual_right = 2,
+     .usual_counts_per_turn = 1.0,
+     .reports_wheels = false,
+     .has_watchdog = false},
     {.name = "framed"},
     {.name = "text"},
 };
@@ -152,6 +162,8 @@ std::unique_ptr<MotorBoard> make_board(const DiffDriveOptions& options) {
     return std::make_unique<OdriveCanBoard>(OdriveCanBoard::Settings{wiring_of(options, *kind), period});
   if (kind->name == "vesc_can")
     return std::make_unique<VescCanBoard>(VescCanBoard::Settings{wiring_of(options, *kind)});
+  if (kind->name == "hiwonder")
+    return std::make_unique<HiwonderBoard>(HiwonderBoard::Settings{wiring_of(options, *kind), period});
   if (kind->name == "framed" || kind->name == "text") {
     const HomeMadeSettings settings{wiring_of(options, *kind), watchdog_of(options),
                                     std::chrono::milliseconds{std::lround(1000.0 / options.update_rate_hz)}};
@@ -175,6 +187,21 @@ std::vector<io::CanFilter> filters_of_board(const DiffDriveOptions& options) {
   }
   constexpr std::uint32_t kMask = kFlags | 0xFF;
   return {{io::kCanExtended | left, kMask}, {io::kCanExtended | right, kMask}, {io::kCanExtended | kVescHostId, kMask}};
+}
+
+void warn_of_board(const DiffDriveOptions& options, std::vector<std::string>& warnings) {
+  const BoardKind* const kind = board_kind(options.hardware);
+  if (kind == nullptr) return;
+  if (!kind->reports_wheels) {
+    warnings.push_back(fmt::format(
+        "a {} board reports nothing about its wheels: joint_states hold what was commanded (open loop), and "
+        "odometry made of them does not notice a wheel that slips or stands",
+        kind->name));
+  }
+  if (!kind->has_watchdog) {
+    warnings.push_back(fmt::format(
+        "a {} board has no watchdog: its wheels keep their speed when its cable or this computer fails", kind->name));
+  }
 }
 
 const std::string& line_of_board(const DiffDriveOptions& options) {

@@ -22,7 +22,9 @@ struct BoardKind {
   int highest_channel = 0;
   int usual_left = 0, usual_right = 0;  ///< Where the parameters are -1.
   double usual_counts_per_turn =
-      0.0;  ///< Where counts_per_turn is 0; 0 here: it must be given. Without channels: unused.
+      0.0;                     ///< Where counts_per_turn is 0; 0 here: it must be given. Without channels: unused.
+  bool reports_wheels = true;  ///< False: joint states are what was commanded.
+  bool has_watchdog = true;    ///< False: the wheels keep their speed when the line falls silent.
 };
 /// Returns null if there is none of this name.
 [[nodiscard]] const BoardKind* board_kind(std::string_view hardware);
@@ -35,6 +37,8 @@ struct BoardKind {
 [[nodiscard]] std::unique_ptr<MotorBoard> make_board(const DiffDriveOptions& options);
 /// Returns what the kernel shall let through to boards on CAN. Precondition: as of make_board(), and the kind is_on_can.
 [[nodiscard]] std::vector<io::CanFilter> filters_of_board(const DiffDriveOptions& options);
+/// Adds what a user of this board must know of its limits. Precondition: the kind is known, or loopback.
+void warn_of_board(const DiffDriveOptions& options, std::vector<std::string>& warnings);
 /// Returns the line of the board as the parameters name it: a path, or a CAN interface; "loopback" without a board.
 [[nodiscard]] const std::string& line_of_board(const DiffDriveOptions& options);
 

@@ -48,6 +48,7 @@ constexpr Plugin kPlugins[] = {{"mock_components/", "loopback"},
                                {"odrive_ros2_control", "odrive_can"},  // ODrive's own, over CAN
                                {"odrive_can", "odrive_can"},
                                {"odrive", "odrive"},
+                               {"hiwonder", "hiwonder"},
                                {"nacelle/framed", "framed"},
                                {"nacelle/text", "text"}};
 

@@ -52,7 +52,7 @@ constexpr NumberRow kNumbers[] = {
      "the board stops after this silence of ours; 0 its default"},
     {"counts_per_turn", &DiffDriveOptions::counts_per_turn, 0.0, 1e8, "",
      "what the board counts while a wheel turns once (roboclaw: edges of the encoder; vesc, vesc_can: 6 * pole "
-     "pairs * gear; odrive, odrive_can: gear); 0 its usual one"},
+     "pairs * gear; odrive, odrive_can: gear; hiwonder: gear behind its motors); 0 its usual one"},
     {"max_wheel_rate", &DiffDriveOptions::max_wheel_rate_rps, 0.1, 10000.0, "rad/s",
      "no wheel is commanded to turn faster, and a wheel that seems to is a restart of the board"},
 };
@@ -424,6 +424,7 @@ Result<DriveSetup, Problem> validated(const DiffDriveOptions& options, const std
   if (auto problem = problem_of_input(options, node)) return err(std::move(*problem));
 
   DriveSetup setup;
+  warn_of_board(options, setup.warnings);
   auto linear = axis_limits(options.linear, "linear.x.", node, setup.warnings);
   if (!linear) return err(linear.error());
   auto angular = axis_limits(options.angular, "angular.z.", node, setup.warnings);

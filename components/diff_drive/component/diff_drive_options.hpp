@@ -87,7 +87,7 @@ struct DriveSetup {
   DriveLoop::Settings loop;
   Duration publish_period{};
   Duration battery_period{};
-  std::vector<std::string> warnings;  ///< Deprecated names in use.
+  std::vector<std::string> warnings;  ///< Deprecated names in use, and limits of the board.
 };
 
 /// Declares every parameter on the node, also those of the inputs and locks that its overrides name; with these defaults.

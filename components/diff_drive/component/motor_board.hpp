@@ -60,8 +60,11 @@ class MotorBoard {
   [[nodiscard]] virtual ByteView setup_frame(std::size_t index) = 0;
   /// Returns the next request for feedback; empty if the board sends feedback by itself, or an answer is awaited.
   [[nodiscard]] virtual ByteView next_request(MonotonicTime) { return {}; }
-  /// A stop frame or speed frame has been written.
-  virtual void on_commanded(MonotonicTime) {}
+  /// A stop frame or the speed frame for these rates has been written; a stop frame is for rates of zero.
+  virtual void on_commanded(MonotonicTime, const WheelRates&) {}
+  /// For a board that reports nothing about its wheels: hands over where they are if they turn as commanded. Called after
+  /// each wait for bytes.
+  virtual void assume_wheels(MonotonicTime, BoardEars&) {}
   /// Returns bytes that end a frame which was sent in part, so that the next one is understood.
   [[nodiscard]] virtual ByteView separator() const = 0;
 

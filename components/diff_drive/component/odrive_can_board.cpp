@@ -61,7 +61,7 @@ ByteView OdriveCanBoard::setup_frame(std::size_t index) {
   return commands_.bytes();
 }
 
-void OdriveCanBoard::on_commanded(MonotonicTime now) {
+void OdriveCanBoard::on_commanded(MonotonicTime now, const WheelRates&) {
   if (settled_at_) return;
   settled_at_ = now + kSettledWithin;
   for (Axis& axis : axes_) axis.beat_at = now;

@@ -32,7 +32,7 @@ class OdriveCanBoard final : public MotorBoard {
   [[nodiscard]] ByteView speed_frame(const WheelRates& rates) override;
   [[nodiscard]] ByteView setup_frame(std::size_t index) override;
   [[nodiscard]] ByteView next_request(MonotonicTime now) override;
-  void on_commanded(MonotonicTime now) override;
+  void on_commanded(MonotonicTime now, const WheelRates&) override;
   /// A frame is sent whole or not at all.
   [[nodiscard]] ByteView separator() const override { return {}; }
   [[nodiscard]] double max_wheel_rate() const override { return 1e6; }

@@ -11,7 +11,7 @@ inline constexpr nacelle::ComponentAbout nacelle::kComponentAbout<nacelle::diff_
     .devices =
         "motor boards on a CAN bus (can_interface): ODrive, VESC; on a serial line: Waveshare UGV boards (General "
         "Driver for "
-        "Robots), RoboClaw (packet serial), VESC (UART), ODrive (ASCII), home-made boards",
+        "Robots), RoboClaw (packet serial), VESC (UART), ODrive (ASCII), Hiwonder RRC, home-made boards",
     .also_with = "topics.NAME.topic:=cmd_vel_joy\nlocks.NAME.topic:=pause_navigation\npublish_limited_velocity:=true"};
 
 NACELLE_REGISTER_COMPONENT(nacelle::diff_drive::DiffDriveComponent)

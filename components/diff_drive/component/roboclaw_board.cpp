@@ -48,7 +48,7 @@ void RoboclawBoard::give_up_the_missing(MonotonicTime now) {
   if (answers_.awaited() > 0 && now - awaits_since_ > kAnsweredWithin) restart();
 }
 
-void RoboclawBoard::on_commanded(MonotonicTime now) {
+void RoboclawBoard::on_commanded(MonotonicTime now, const WheelRates&) {
   give_up_the_missing(now);
   expect(RoboclawCommand::Speed, now);  // a stop is answered in the same way
 }

@@ -30,7 +30,7 @@ class RoboclawBoard final : public MotorBoard {
   [[nodiscard]] ByteView speed_frame(const WheelRates& rates) override;
   [[nodiscard]] ByteView setup_frame(std::size_t) override { return {}; }
   [[nodiscard]] ByteView next_request(MonotonicTime now) override;
-  void on_commanded(MonotonicTime now) override;
+  void on_commanded(MonotonicTime now, const WheelRates&) override;
   [[nodiscard]] ByteView separator() const override { return separator_; }
   [[nodiscard]] double max_wheel_rate() const override;
   [[nodiscard]] double position_wrap_rad() const override;

@@ -106,12 +106,13 @@ Result<void, BaseFault> SerialBasePort::read_until(MonotonicTime deadline, Wheel
     if (const auto asked = send_requests(); !asked) return asked;
     const auto bytes = line_->read_until(deadline);
     if (!bytes) return err(fault_of(bytes.error()));
-    if (bytes.value().empty()) return {};
     received_at_ = clock_.now();
     chunk_end_ = board_->stats().bytes + bytes.value().size();
     sink_ = &sink;
-    board_->feed(bytes.value(), received_at_, *this);
+    if (!bytes.value().empty()) board_->feed(bytes.value(), received_at_, *this);
+    board_->assume_wheels(received_at_, *this);
     sink_ = nullptr;
+    if (bytes.value().empty()) return {};
   } while (stats_.states == before);
   return {};
 }
@@ -134,12 +135,12 @@ Result<void, BaseFault> SerialBasePort::write(const WheelRates& rates) {
   };
   if (!is_sendable(rates.left_rps) || !is_sendable(rates.right_rps)) return err(BaseFault::NotSendable);
   const WheelRates within{std::clamp(rates.left_rps, -most, most), std::clamp(rates.right_rps, -most, most)};
-  return send_command(board_->speed_frame(within), false);
+  return send_command(board_->speed_frame(within), within, false);
 }
 
-Result<void, BaseFault> SerialBasePort::stop() { return send_command(board_->stop_frame(), true); }
+Result<void, BaseFault> SerialBasePort::stop() { return send_command(board_->stop_frame(), {}, true); }
 
-Result<void, BaseFault> SerialBasePort::send_command(ByteView frame, bool is_stop) {
+Result<void, BaseFault> SerialBasePort::send_command(ByteView frame, const WheelRates& rates, bool is_stop) {
   const bool waits = line_->unsent() > 0;
   const bool is_late = waits && clock_.now() > gone_by_ + kTakenWithin;
   is_stuck_ = is_late;
@@ -150,7 +151,7 @@ Result<void, BaseFault> SerialBasePort::send_command(ByteView frame, bool is_sto
   const auto sent = send(frame);
   is_stopped_ = is_stop && sent;
   if (!sent) return sent;
-  board_->on_commanded(clock_.now());
+  board_->on_commanded(clock_.now(), rates);
   ++stats_.commands;
   if (!is_late) return {};
   // The board, or the adapter, takes no bytes. Sent bytes stay in the queue meanwhile.

@@ -51,7 +51,7 @@ class SerialBasePort final : public BasePort, private BoardEars {
   void on_fault(const char* fault) override;
 
   [[nodiscard]] Result<void, BaseFault> send(ByteView frame);
-  [[nodiscard]] Result<void, BaseFault> send_command(ByteView frame, bool is_stop);
+  [[nodiscard]] Result<void, BaseFault> send_command(ByteView frame, const WheelRates& rates, bool is_stop);
   [[nodiscard]] Result<void, BaseFault> send_requests();
   void drop_unsent();
 

@@ -76,7 +76,7 @@ TEST(DescribedBase, warns_about_unused_settings) {
       texts(base.warnings),
       (Texts{"robot.urdf:6: the hardware plugin 'gz_ros2_control/GazeboSimSystem' is not run here; the base drives "
              "a waveshare board; say nacelle/waveshare, nacelle/roboclaw, nacelle/vesc, nacelle/odrive, "
-             "nacelle/odrive_can, nacelle/vesc_can, nacelle/framed, nacelle/text or "
+             "nacelle/odrive_can, nacelle/vesc_can, nacelle/hiwonder, nacelle/framed, nacelle/text or "
              "nacelle/loopback, or set the parameter "
              "hardware",
              "robot.urdf:7: the base has no use for the parameter 'pid_p'; encoders and their control "
@@ -102,6 +102,10 @@ TEST(DescribedBase, takes_the_wiring_of_a_board_with_channels) {
   EXPECT_TRUE(base.defaults.left_reversed);
   EXPECT_FALSE(base.defaults.right_reversed);
   EXPECT_EQ(base.defaults.board_address, 129);
+}
+
+TEST(DescribedBase, knows_a_hiwonder_board) {
+  EXPECT_EQ(Robot{.plugin = "nacelle/hiwonder"}.read().defaults.hardware, "hiwonder");
 }
 
 TEST(DescribedBase, takes_the_bus_of_odrives_own_plugin_and_of_ours) {

@@ -74,6 +74,8 @@ TEST(DiffDriveOptions, each_mistake_names_node_parameter_value_and_way_out) {
       {"left_channel", "-1 is no channel", [](auto& o) { o.hardware = "vesc_can", o.counts_per_turn = 90; }},
       {"counts_per_turn", "not set",
        [](auto& o) { o.hardware = "vesc_can", o.left_channel = 7, o.right_channel = 42; }},
+      {"left_channel", "0 is no channel", [](auto& o) { o.hardware = "hiwonder", o.left_channel = 0; }},
+      {"right_channel", "5 is no channel", [](auto& o) { o.hardware = "hiwonder", o.right_channel = 5; }},
       {"board_address", "200", [](auto& o) { o.hardware = "roboclaw", o.counts_per_turn = 9, o.board_address = 200; }},
   };
   for (const Row& row : table) {
@@ -99,6 +101,17 @@ TEST(DiffDriveOptions, a_loopback_needs_no_line) {
   options.hardware = "loopback";
   options.serial_port.clear();
   EXPECT_TRUE(validated(options, "/d"));
+}
+
+TEST(DiffDriveOptions, warns_of_a_board_that_reports_no_wheels_and_has_no_watchdog) {
+  DiffDriveOptions options;
+  EXPECT_TRUE(validated(options, "/d").value().warnings.empty());
+  options.hardware = "hiwonder";
+  const auto setup = validated(options, "/d");
+  ASSERT_TRUE(setup);
+  ASSERT_EQ(setup.value().warnings.size(), 2U);
+  EXPECT_THAT(setup.value().warnings[0], HasSubstr("open loop"));
+  EXPECT_THAT(setup.value().warnings[1], HasSubstr("no watchdog"));
 }
 
 TEST(DiffDriveOptions, boards_on_can_need_no_serial_line_and_know_their_frames) {

@@ -19,8 +19,8 @@ class BasePortLaws : public ::testing::Test {
   Rig rig_;
   BasePort& port_ = rig_.port();
 };
-using EveryBase = ::testing::Types<LoopbackRig, WaveshareRig, RoboclawRig, VescRig, OdriveRig, OdriveCanRig, VescCanRig,
-                                   FramedRig, TextRig>;
+using EveryBase = ::testing::Types<LoopbackRig, WaveshareRig, RoboclawRig, VescRig, OdriveRig, HiwonderRig,
+                                   OdriveCanRig, VescCanRig, FramedRig, TextRig>;
 TYPED_TEST_SUITE(BasePortLaws, EveryBase);
 
 TYPED_TEST(BasePortLaws, the_wheels_stand_still_until_the_first_command) {
@@ -77,7 +77,7 @@ TYPED_TEST(BasePortLaws, the_stop_frame_stops_the_wheels_from_any_writer) {
   ASSERT_GE(this->port_.descriptor(), 0);
   this->rig_.write_as_stranger(this->port_.stop_frame());
   const auto heard_before = this->rig_.states;
-  EXPECT_EQ(this->rig_.run(100ms).rates, WheelRates{});
+  EXPECT_EQ(this->rig_.rates_after(100ms), WheelRates{});
   EXPECT_GT(this->rig_.states, heard_before);
 }
 
@@ -92,7 +92,7 @@ TYPED_TEST(BasePortLaws, the_stop_frame_stops_the_wheels_behind_half_a_command) 
   Bytes torn(frame, stop.end() - 1);
   torn.insert(torn.end(), stop.begin(), stop.end());
   this->rig_.write_as_stranger(torn);
-  EXPECT_EQ(this->rig_.run(100ms).rates, WheelRates{});
+  EXPECT_EQ(this->rig_.rates_after(100ms), WheelRates{});
 }
 
 TYPED_TEST(BasePortLaws, rates_that_no_command_can_carry_are_refused_and_change_nothing) {

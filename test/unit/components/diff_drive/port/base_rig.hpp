@@ -45,6 +45,8 @@ class BaseRig {
   virtual const Clock& clock() = 0;
   /// Lets this much time of the wheels pass and a state of them from after it come through the port; returns it.
   virtual WheelState run(Duration length) = 0;
+  /// As run(): how fast the wheels turn afterwards, as the port says.
+  virtual WheelRates rates_after(Duration length) { return run(length).rates; }
   /// Writes bytes to the port's descriptor as a stranger would, and lets the base see them.
   virtual void write_as_stranger(ByteView bytes) = 0;
   /// Whether a command can get through in part: not where a write is a whole frame.

@@ -9,10 +9,12 @@
 
 #include "../firmware/simulated_board.hpp"
 #include "base_rig.hpp"
+#include "diff_drive/component/hiwonder_board.hpp"
 #include "diff_drive/component/home_made_board.hpp"
 #include "diff_drive/component/odrive_board.hpp"
 #include "diff_drive/component/roboclaw_board.hpp"
 #include "diff_drive/component/vesc_board.hpp"
+#include "simulation/protocol/hiwonder_device.hpp"
 #include "simulation/protocol/odrive_device.hpp"
 #include "simulation/protocol/roboclaw_device.hpp"
 #include "simulation/protocol/vesc_device.hpp"
@@ -154,6 +156,18 @@ class OdriveRig final : public EmulatedRig {
       : EmulatedRig(std::make_unique<OdriveBoard>(OdriveBoard::Settings{.motor_watchdog = 2s}),
                     std::make_unique<simulation::OdriveDevice>(device)) {}
   simulation::OdriveDevice& odrive() { return static_cast<simulation::OdriveDevice&>(device()); }
+};
+
+class HiwonderRig final : public EmulatedRig {
+ public:
+  explicit HiwonderRig(HiwonderBoard::Settings board = {})
+      : EmulatedRig(std::make_unique<HiwonderBoard>(board), std::make_unique<simulation::HiwonderDevice>()) {}
+  /// The board reports nothing about its wheels, so what another writer commands is seen at the motors only.
+  WheelRates rates_after(Duration length) override {
+    run(length);
+    return {device().left_target_rps(), device().right_target_rps()};
+  }
+  simulation::HiwonderDevice& hiwonder() { return static_cast<simulation::HiwonderDevice&>(device()); }
 };
 
 /// A home-made board with the reference firmware.
