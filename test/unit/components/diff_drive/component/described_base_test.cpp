@@ -49,6 +49,39 @@ TEST(DescribedBase, has_the_wheels_of_the_block) {
   EXPECT_EQ(base.defaults.hardware, "waveshare");
 }
 
+TEST(DescribedBase, has_every_wheel_of_a_side) {
+  std::string links, joints, block;
+  const auto add = [&](const std::string& name, const char* at) {
+    links += "<link name=\"" + name + "_link\"/>";
+    joints += "<joint name=\"" + name + "\" type=\"continuous\"><parent link=\"base\"/><child link=\"" + name +
+              "_link\"/><origin xyz=\"" + at + "\"/></joint>";
+    block += "<joint name=\"" + name + "\">" + kInterfaces + "</joint>";
+  };
+  add("front_left", "0.15 0.2 0");
+  add("front_right", "0.15 -0.2 0");
+  add("rear_left", "-0.15 0.25 0");
+  add("rear_right", "-0.15 -0.25 0");
+  const std::string urdf = "<robot name=\"r\"><link name=\"base\"/>" + links + joints +
+                           "<ros2_control name=\"wheels\" type=\"system\"><hardware><plugin>nacelle/waveshare</plugin>"
+                           "</hardware>" +
+                           block + "</ros2_control></robot>";
+  const auto base = described_base(description::read_ros2_control({urdf, "robot.urdf", {}}), {});
+  EXPECT_EQ(texts(base.problems), Texts{});
+  EXPECT_EQ(texts(base.warnings), Texts{});
+  EXPECT_EQ(base.defaults.left_wheel_names, (Texts{"front_left", "rear_left"}));
+  EXPECT_EQ(base.defaults.right_wheel_names, (Texts{"front_right", "rear_right"}));
+  EXPECT_NEAR(base.defaults.wheel_separation_m, 0.45, 1e-12) << "between the means of the sides";
+
+  const auto with_a_wrong_one = described_base(description::read_ros2_control({urdf, "robot.urdf", {}}),
+                                               {.left_wheels = Texts{"front_left", "rear_letf"},
+                                                .right_wheels = Texts{"front_right", "rear_right"},
+                                                .hardware = {}});
+  EXPECT_EQ(
+      texts(with_a_wrong_one.problems),
+      Texts{"parameter left_wheel_names: left_wheel_names holds 'rear_letf', and the robot has no such joint; did "
+            "you mean 'rear_left'?"});
+}
+
 TEST(DescribedBase, reads_parameters_by_the_names_of_ros2_controls_drivers_and_by_ours) {
   const auto base = Robot{.plugin = "mock_components/GenericSystem",
                           .params =

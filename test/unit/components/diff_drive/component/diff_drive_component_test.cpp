@@ -145,6 +145,39 @@ TEST_F(DriveTest, publishes_joint_states_with_their_names_at_the_capture_time) {
   }
 }
 
+TEST_F(DriveTest, every_wheel_of_a_side_has_the_sides_position_and_velocity) {
+  const std::vector<std::string> left{"front_left", "rear_left"}, right{"front_right", "rear_right"};
+  auto options = on_the_loopback();
+  options.append_parameter_override("left_wheel_names", left);
+  options.append_parameter_override("right_wheel_names", right);
+  options.append_parameter_override("cmd_vel_timeout", 60.0);
+  options.append_parameter_override("rearm", std::string("fresh"));
+  DiffDriveComponent drive{options};
+  const auto list =
+      std::static_pointer_cast<BaseWheelsList>(context_.shared_object(kBaseWheelsName, &make_base_wheels));
+  EXPECT_EQ(list->lock()->front().left_joints, left) << "odometry takes the mean of them";
+  EXPECT_EQ(list->lock()->front().right_joints, right);
+  activate(drive);
+  context_.inject("/cmd_vel", twist(0.2, 1.0));
+  std::vector<JointState> states;
+  for (std::size_t count = 10; count <= 500 && (states.empty() || states.back().velocity[0] == 0.0); count += 10) {
+    ASSERT_TRUE(context_.wait_for("/joint_states", count));
+    states = context_.published<JointState>("/joint_states");
+  }
+  ASSERT_TRUE(drive.trigger(Transition::Deactivate).success);
+  EXPECT_NE(states.back().velocity[0], 0.0);
+  EXPECT_NE(states.back().velocity[0], states.back().velocity[2]) << "it turns";
+  for (const JointState& state : states) {
+    ASSERT_EQ(state.name, (std::vector<std::string>{"front_left", "rear_left", "front_right", "rear_right"}));
+    ASSERT_EQ(state.position.size(), 4U);
+    ASSERT_EQ(state.velocity.size(), 4U);
+    EXPECT_EQ(state.position[0], state.position[1]);
+    EXPECT_EQ(state.position[2], state.position[3]);
+    EXPECT_EQ(state.velocity[0], state.velocity[1]);
+    EXPECT_EQ(state.velocity[2], state.velocity[3]);
+  }
+}
+
 TEST_F(DriveTest, tells_the_battery_with_nan_for_what_is_not_measured) {
   DiffDriveComponent drive{on_the_board()};
   activate(drive);
