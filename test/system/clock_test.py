@@ -169,13 +169,14 @@ class JumpingSimTime(Listening):
         "/joint_states": "diff_drive", "/odom": "odometry", "/odometry/filtered": "ekf", "/scan": "lidar", "/imu/data_raw": "imu",
         "/camera/camera_info": "camera", "/detections": "detector", "/imu/filtered": "imu_filter",
     }
-    # What the default robot does not have. Gamepad, receiver and ultrasonic sensor are waited for.
+    # What the default robot does not have. Gamepad, receiver, ultrasonic sensor and battery monitor are waited for.
     MORE = """
     - {pkg: nacelle_estop, plugin: nacelle::estop::EmergencyStopComponent, name: estop}
     - {pkg: nacelle_imu_filter, plugin: nacelle::imu_filter::MadgwickFilterComponent, name: imu_filter, remap: [{from: imu/data, to: imu/filtered}]}
     - {pkg: nacelle_joy, plugin: nacelle::joy::JoyComponent, name: joy_node, param: [{name: device_name, value: nobody's}]}
     - {pkg: nacelle_gps, plugin: nacelle::gps::GpsComponent, name: gps, param: [{name: port, value: /dev/no_receiver}, {name: frame_id, value: base_link}]}
     - {pkg: nacelle_range, plugin: nacelle::range::HcSr04Component, name: range, param: [{name: gpio_chip, value: /dev/no_chip}, {name: frame_id, value: base_link}]}
+    - {pkg: nacelle_battery, plugin: nacelle::battery::Ina219Component, name: battery, param: [{name: port, value: /dev/no_i2c}]}
 """
     FRAME_OF_THE_TRANSFORMS = "left_wheel_link"
     ISOLATED = ("lidar", "detector")
