@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <deque>
 #include <list>
+#include <set>
 
 namespace nacelle::test {
 
@@ -49,7 +50,7 @@ struct RecordingContext::State {
   };
 
   void record(const EndpointSpec& spec) {
-    if (logs.count(spec.topic) != 0) return;
+    if (logs.count(spec.topic) != 0 || unread.count(spec.topic) != 0) return;
     EndpointSpec all = spec;
     all.gate = nullptr;
     all.node = "/recorder";
@@ -69,6 +70,7 @@ struct RecordingContext::State {
   Wakeup wakeup;
   FakeTransport transport;
   std::map<std::string, Log> logs;
+  std::set<std::string> unread;
   std::list<SubscriptionHandle*> ports;
   std::list<Timer*> timers;
   std::map<std::string, Server> servers;
@@ -278,6 +280,8 @@ RecordingContext::~RecordingContext() = default;
 std::unique_ptr<NodeHost> RecordingContext::create_host(const NodeIdentity& identity) {
   return std::make_unique<RecordingHost>(*this, identity);
 }
+
+void RecordingContext::leave_unread(const std::string& topic) { state_->unread.insert(topic); }
 
 void RecordingContext::spin() {
   for (bool any = true; any;) {

@@ -36,6 +36,9 @@ class RecordingContext final : public Context {
 
   [[nodiscard]] std::unique_ptr<NodeHost> create_host(const NodeIdentity& identity) override;
 
+  /// Does not record that topic: it has no reader but the subscriptions under test. Call it before the publisher is made.
+  void leave_unread(const std::string& topic);
+
   ManualClock& clock() { return manual_; }
   /// Moves the clock in steps of at most 1 ms and fires the timers on the way.
   void advance(Duration by);

@@ -168,8 +168,10 @@ class JumpingSimTime(Listening):
     STREAMS = {
         "/joint_states": "diff_drive", "/odom": "odometry", "/odometry/filtered": "ekf", "/scan": "lidar", "/imu/data_raw": "imu",
         "/camera/camera_info": "camera", "/detections": "detector", "/imu/filtered": "imu_filter",
+        "/resize/camera_info": "resize", "/image_rect": "rectify", "/resize/image_raw/compressed": "compress",
     }
-    # What the default robot does not have. Gamepad, receiver, ultrasonic sensor and battery monitor are waited for.
+    # What the default robot does not have. Gamepad, receiver, ultrasonic sensor and battery monitor are waited for; no camera sends a Bayer
+    # mosaic.
     MORE = """
     - {pkg: nacelle_estop, plugin: nacelle::estop::EmergencyStopComponent, name: estop}
     - {pkg: nacelle_imu_filter, plugin: nacelle::imu_filter::MadgwickFilterComponent, name: imu_filter, remap: [{from: imu/data, to: imu/filtered}]}
@@ -177,6 +179,20 @@ class JumpingSimTime(Listening):
     - {pkg: nacelle_gps, plugin: nacelle::gps::GpsComponent, name: gps, param: [{name: port, value: /dev/no_receiver}, {name: frame_id, value: base_link}]}
     - {pkg: nacelle_range, plugin: nacelle::range::HcSr04Component, name: range, param: [{name: gpio_chip, value: /dev/no_chip}, {name: frame_id, value: base_link}]}
     - {pkg: nacelle_battery, plugin: nacelle::battery::Ina219Component, name: battery, param: [{name: port, value: /dev/no_i2c}]}
+    - {pkg: nacelle_image_proc, plugin: nacelle::image_proc::DebayerComponent, name: debayer, remap: [{from: image_raw, to: mosaic/image_raw}]}
+    - pkg: nacelle_image_proc
+      plugin: nacelle::image_proc::ResizeComponent
+      name: resize
+      param: [{name: scale_width, value: 0.25}, {name: scale_height, value: 0.25}]
+      remap: [{from: image/image_raw, to: camera/image_raw}, {from: image/camera_info, to: camera/camera_info}]
+    - pkg: nacelle_image_proc
+      plugin: nacelle::image_proc::RectifyComponent
+      name: rectify
+      remap: [{from: image, to: resize/image_raw}, {from: camera_info, to: resize/camera_info}]
+    - pkg: nacelle_image_proc
+      plugin: nacelle::image_proc::CompressComponent
+      name: compress
+      remap: [{from: image_raw, to: resize/image_raw}]
 """
     FRAME_OF_THE_TRANSFORMS = "left_wheel_link"
     ISOLATED = ("lidar", "detector")
