@@ -81,7 +81,7 @@ class BusPeer {
     EXPECT_EQ(::bind(socket_.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   }
   bool send(const Bytes& frame) const {
-    // The first attempt after the interface was down is told so, though it is up again.
+    // The kernel reports to the first attempt that the interface was down, though it is up again.
     return try_to_send(frame) || (errno == ENETDOWN && try_to_send(frame));
   }
   bool send(std::uint32_t id, const Bytes& data = {}) const { return send(frame(id, data)); }

@@ -17,7 +17,7 @@ inline constexpr std::uint16_t kIna219AsReset = 0x399F;    ///< Config after pow
 inline constexpr std::uint16_t kIna219PowerDown = 0x0000;  ///< Config: nothing is measured.
 inline constexpr double kIna219WidestShunt_v = 0.32;       ///< The widest range of the voltage over the shunt.
 
-/// What an INA219 is told, and what its counts mean then.
+/// What we write into an INA219, and what its counts mean then.
 struct Ina219Setup {
   std::uint16_t config = 0;
   std::uint16_t calibration = 0;

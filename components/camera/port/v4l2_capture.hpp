@@ -15,7 +15,8 @@ namespace nacelle::camera {
 
 /// A camera of the kernel: single-planar streaming. USB cameras and any other device with that interface.
 ///
-/// A frame is the buffer that the driver filled, mapped, of this process, or another device's (CaptureWish::memory); nothing is copied. Three system calls a frame: poll, DQBUF, and the hook's QBUF.
+/// A frame is the buffer that the driver filled, mapped, of this process, or another device's (CaptureWish::memory); nothing is
+/// copied. Three system calls a frame: poll, DQBUF, and the hook's QBUF.
 /// Threads: as CapturePort. The clock outlives this object.
 /// Source:  kernel, Documentation/userspace-api/media/v4l (mmap.rst, vidioc-qbuf.rst, buffer.rst).
 class V4l2Capture final : public CapturePort {

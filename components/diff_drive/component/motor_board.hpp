@@ -33,7 +33,8 @@ class BoardEars {
 
 /// What differs between motor boards: the frames that they take, and what their bytes mean.
 ///
-/// SerialBasePort joins it to a line, or to a CAN bus, whose bytes are whole frames (io::CanPort). Views that the functions return stay valid until the next call of the same object.
+/// SerialBasePort joins it to a line, or to a CAN bus, whose bytes are whole frames (io::CanPort). Views that the functions return stay valid
+/// until the next call of the same object.
 /// Threads:   one. Allocates: nothing after it was made.
 class MotorBoard {
  public:

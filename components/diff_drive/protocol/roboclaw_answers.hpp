@@ -21,7 +21,7 @@ struct RoboclawAnswer {
   friend bool operator==(const RoboclawAnswer&, const RoboclawAnswer&) = default;
 };
 
-/// Finds the answers in the bytes of a RoboClaw. An answer does not say what it answers, so the decoder is told each question.
+/// Finds the answers in the bytes of a RoboClaw. An answer does not name its question, so the port hands each question to expect().
 ///
 /// Out of step (after a start, a wrong crc16, a missing answer) it discards all bytes until the first byte after a write is its 0xFF,
 /// or until assume_step().

@@ -26,7 +26,8 @@ namespace nacelle::ekf {
 /// estimate out, one each per tick of `frequency`, with stamps that only grow.
 ///
 /// A tick without a new measurement publishes the state carried on to now, where ekf_node stays silent. set_pose is a topic
-/// and a service, reset and enable are services; with use_control cmd_vel is an input of the prediction. Frames of the inputs are looked up in the container's one TransformBuffer.
+/// and a service, reset and enable are services; with use_control cmd_vel is an input of the prediction. The component looks up the frames of
+/// its inputs in the container's one TransformBuffer.
 /// Threads: the component's executor. Allocates: nothing at the rate of the inputs and outputs.
 class EkfComponent final : public LifecycleNode {
  public:

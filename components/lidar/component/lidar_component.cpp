@@ -109,7 +109,7 @@ CallbackReturn LidarComponent::on_activate(const State&) {
 CallbackReturn LidarComponent::on_deactivate(const State&) {
   stream_->set_active(false);
   line_->interrupt();
-  // A silent device is told, too: it may only be its answers that are lost.
+  // The request to stop also goes to a silent device: perhaps only its answers are lost.
   if (stream_->is_commanded() && !stream_->wait_until_settled(kStop) && !watch_->is_lost())
     get_logger().warn("the LiDAR was not seen to stop: it may still turn");
   log_counters();

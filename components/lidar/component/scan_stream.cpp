@@ -96,7 +96,7 @@ void ScanStream::publish(const Scan& scan) {
 }
 
 void ScanStream::watch_silence(MonotonicTime now) {
-  // A device that was told to be silent is there until its line breaks.
+  // A device that we asked to be silent counts as present until its line breaks.
   const bool rests = protocol_->is_commanded() && (!wanted_ || now < patient_until_) && protocol_->refusal().empty();
   if (rests && (wanted_ || protocol_->is_settled())) watch_.heard(now);
   if (!protocol_->refusal().empty()) watch_.lose(protocol_->refusal());

@@ -16,9 +16,10 @@
 
 namespace nacelle::odometry {
 
-/// Wheel odometry: joint_states (positions, of encoders that may count in a circle; else speeds) in, odom (one per sample, with its stamp) and the transform odom -> base out.
+/// Wheel odometry: joint_states (positions, of encoders that may count in a circle; else speeds) in, odom (one per sample, with its stamp) and
+/// the transform odom -> base out.
 ///
-/// Wheels, separation and radius that it was not given are those of the base in its namespace.
+/// Wheels, separation and radius that are not parameters of it are those of the base in its namespace.
 /// It owns the transform only while no stronger claim exists (an EKF); it logs the owner once. The service reset_odom
 /// (std_srvs/Empty, as ROS users call it) puts the pose back to the origin.
 /// Threads: the component's executor. Allocates: nothing at the rate of joint_states.

@@ -10,7 +10,8 @@
 
 namespace nacelle::range {
 
-/// The lines of an HC-SR04 that a test plays: each trigger is answered by the pulse that was told. Waits move the test's clock and never block.
+/// The lines of an HC-SR04 that a test plays: they answer each trigger with the pulse that the test has set. Waits move the test's clock and
+/// never block.
 /// Threads: any.
 class ScriptedEchoLines final : public EchoLines {
  public:

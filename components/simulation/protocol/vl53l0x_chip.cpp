@@ -65,7 +65,7 @@ void Vl53l0xChip::write(std::uint8_t reg, std::uint8_t value) {
   if (now == 0 && reg == 0x0B && (value & 0x01U) != 0) pages_[0][0x13] = 0;
   if (now == 0 && reg == 0x0B) return;
   pages_[now][reg] = value;
-  // The memory of the factory answers a request for its word 6B if page 6 was told to let it.
+  // The memory of the factory answers a request for its word 6B if the driver has allowed it in page 6.
   if (now == 7 && reg == 0x83 && value == 0 && pages_[7][0x94] == 0x6B && (pages_[6][0x83] & 0x04U) != 0 &&
       pages_[7][0x81] == 0x01)
     memory_left_s_ = kMemory_s;

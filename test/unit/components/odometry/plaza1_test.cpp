@@ -45,7 +45,8 @@ TEST(Plaza1, the_arc_ends_where_the_reference_integration_ends) {
     yaw = to.yaw_rad;
   }
   const double end_error = std::hypot(x - start_and_end[1][1], y - start_and_end[1][2]);
-  // The set's own figure for translating at the middle heading (case A) is 4.449 m; the exact arc differs by its chord's shortening, below 3 mm in all.
+  // The set's own figure for translating at the middle heading (case A) is 4.449 m; the exact arc is longer than its chord, by less
+  // than 3 mm in all.
   EXPECT_NEAR(end_error, 4.449, 0.005);
   EXPECT_NEAR(std::remainder(yaw - start_and_end[1][3], 2 * M_PI), 0.0, 1e-3) << "the turns are those of the truth";
 }
