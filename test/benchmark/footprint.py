@@ -91,13 +91,13 @@ class Usage:
 class Robot:
     """The container of the default launch file, beside a world that runs already."""
 
-    def __init__(self, program, folder, network, group=None):
+    def __init__(self, program, folder, network, group=None, arguments=()):
         self.log = folder / "log"
         environment = {name: text for name, text in os.environ.items() if not name.startswith(("ROS_", "RMW_", "CYCLONEDDS_"))}
         environment["XDG_RUNTIME_DIR"] = str(folder)
         environment["ROS_DOMAIN_ID"] = "77"
         lines = [f"{name}_port:={folder}/sim/{name}" for name in ("lidar", "imu", "base")]
-        command = [program, "launch", ROOT / "launch/robot.launch.yaml", "sim:=false", "camera_device:=pattern", f"network:={network}", *lines]
+        command = [program, "launch", ROOT / "launch/robot.launch.yaml", "sim:=false", "camera_device:=pattern", f"network:={network}", *lines, *arguments]
 
         def join():
             if group is not None:
@@ -151,7 +151,7 @@ def rows_of(robot, place, network):
     beside = Usage(watcher).pss / 1e6 if watcher else 0
     yield row("M18", what + "PSS", (after.pss + beside * 1e6) / 1e6, "MB", None, f"{beside:.1f} of it the process that writes the last stop")
     yield row("M18", what + "threads", len(after.threads), "", None)
-    yield row("M18", what + "CPU", 100 * (after.cpu_s - before.cpu_s) / seconds, "% of one", at_most(10), "camera pattern, detector and two monitors included")
+    yield row("M18", what + "CPU", 100 * (after.cpu_s - before.cpu_s) / seconds, "% of one", at_most(10), "camera pattern and two monitors included, detector " + ("not" if "Debian" in place else "too"))
     rates = after.wake_ups_since(before)
     most = ", ".join(f"{name} {rate:.0f}" for name, rate in sorted(rates.items(), key=lambda item: -item[1])[:6])
     yield row("M18", what + "wake-ups", sum(rates.values()), "1/s", None, most)
@@ -168,23 +168,24 @@ def footprint(programs, say):
     if os.getloadavg()[0] > 0.5:
         say(f"this machine is busy: load {os.getloadavg()[0]:.2f}")
     with tempfile.TemporaryDirectory(prefix="nacelle-footprint-", dir="/dev/shm") as name, world(program, Path(name)):
-        for place in ("native", "cgroup of 600 MB"):
-            group = MemoryGroup() if place != "native" else None
+        # debian/rules: the robot of the package has no detector.
+        for place, arguments in (("native", ()), ("native, as in the Debian package", ("detector:=false",)), ("cgroup of 600 MB", ())):
+            group = MemoryGroup() if place.startswith("cgroup") else None
             if group is not None and group.why_not:
                 yield row("M18", f"{place}: RSS", None, "MB", at_most(40), "", f"not measured: {group.why_not}")
                 continue
             try:
                 for network, mode in (("off", "off"), ("on", "local")):
-                    yield from one_setting(program, Path(name), place, network, mode, group, say)
+                    yield from one_setting(program, Path(name), place, network, mode, group, arguments, say)
             finally:
                 if group is not None:
                     group.close()
 
 
-def one_setting(program, folder, place, network, mode, group, say):
+def one_setting(program, folder, place, network, mode, group, arguments, say):
     starts = []
     for number in range(STARTS):
-        robot = Robot(program, folder, mode, group)
+        robot = Robot(program, folder, mode, group, arguments)
         try:
             starts.append(robot.start_s)
             if number + 1 < STARTS:
