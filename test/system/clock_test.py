@@ -170,8 +170,8 @@ class JumpingSimTime(Listening):
         "/camera/camera_info": "camera", "/detections": "detector", "/imu/filtered": "imu_filter",
         "/resize/camera_info": "resize", "/image_rect": "rectify", "/resize/image_raw/compressed": "compress",
     }
-    # What the default robot does not have. Gamepad, receiver, ultrasonic sensor and battery monitor are waited for; no camera sends a Bayer
-    # mosaic.
+    # What the default robot does not have. Gamepad, receiver, ultrasonic sensor and battery monitor are waited for; what debayer makes has no
+    # reader, since no camera here sends a Bayer mosaic.
     MORE = """
     - {pkg: nacelle_estop, plugin: nacelle::estop::EmergencyStopComponent, name: estop}
     - {pkg: nacelle_imu_filter, plugin: nacelle::imu_filter::MadgwickFilterComponent, name: imu_filter, remap: [{from: imu/data, to: imu/filtered}]}
@@ -179,7 +179,7 @@ class JumpingSimTime(Listening):
     - {pkg: nacelle_gps, plugin: nacelle::gps::GpsComponent, name: gps, param: [{name: port, value: /dev/no_receiver}, {name: frame_id, value: base_link}]}
     - {pkg: nacelle_range, plugin: nacelle::range::HcSr04Component, name: range, param: [{name: gpio_chip, value: /dev/no_chip}, {name: frame_id, value: base_link}]}
     - {pkg: nacelle_battery, plugin: nacelle::battery::Ina219Component, name: battery, param: [{name: port, value: /dev/no_i2c}]}
-    - {pkg: nacelle_image_proc, plugin: nacelle::image_proc::DebayerComponent, name: debayer, remap: [{from: image_raw, to: mosaic/image_raw}]}
+    - {pkg: nacelle_image_proc, plugin: nacelle::image_proc::DebayerComponent, name: debayer, remap: [{from: image_raw, to: camera/image_raw}]}
     - pkg: nacelle_image_proc
       plugin: nacelle::image_proc::ResizeComponent
       name: resize
