@@ -6,6 +6,7 @@
 #include "graph_commands/commands.hpp"
 #include "nacelle/runtime/thread_guard.hpp"
 #include "offline_commands/commands.hpp"
+#include "recording_commands/commands.hpp"
 #include "robot_commands/commands.hpp"
 
 int main(int argc, char** argv) {
@@ -43,6 +44,7 @@ int main(int argc, char** argv) {
   add_estop_command(root);
   add_export_command(root);
   add_security_commands(root);
+  add_bag_commands(root);
   add_teleop_command(root);
   add_sim_commands(root);
   add_imu_commands(root);

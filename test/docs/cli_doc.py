@@ -124,6 +124,9 @@ EXAMPLES = (
     Example("security create-permission keys /robot policy.xml"),
     Example("estop set"),
     Example("estop release"),
+    Example("bag info docs/examples/recordings/talker.mcap"),
+    Example("bag check docs/examples/recordings/talker.mcap"),
+    Example("bag recover docs/examples/recordings/talker.mcap -o talker.recovered.mcap --compression zstd"),
     Example("teleop", keys="iik", lines=20),
     # A robot that stands still shows a magnetometer one direction only.
     Example("imu calibrate --mag --turn 2", stdin="ready", exit_codes=(1,)),

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/protocol/mcap_walk.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+
+#include "record/protocol/compression.hpp"
+#include "record/protocol/mcap_codec.hpp"
+
+namespace nacelle::record {
+namespace {
+
+std::uint64_t length_of(ByteView head) {
+  std::uint64_t length = 0;
+  for (std::size_t byte = 0; byte < 8; ++byte) length |= std::uint64_t{head[1 + byte]} << (8 * byte);
+  return length;
+}
+
+class Walk {
+ public:
+  Walk(ByteSource& source, McapVisitor& visitor) : source_(source), visitor_(visitor), size_(source.size()) {}
+
+  bool run() {
+    if (!has_magic(0)) return stop(McapFault::NoMagic, "it does not begin as an MCAP file");
+    std::uint64_t at = sizeof kMcapMagic;
+    while (at < size_) {
+      if (size_ - at < kMcapRecordHead) return stop(at, McapFault::Truncated, "it ends inside the head of a record");
+      std::uint8_t head[kMcapRecordHead];
+      if (!source_.read_at(at, head)) return stop(at, McapFault::Unreadable, "reading failed");
+      const std::uint64_t length = length_of(head);
+      if (length > size_ - at - kMcapRecordHead) return stop(at, McapFault::Truncated, "it ends inside a record");
+      if (length > kMostMcapRecordBytes) return stop(at, McapFault::TooLarge, "a record has more than 1 GiB");
+      content_.resize(length);
+      if (!source_.read_at(at + kMcapRecordHead, content_)) return stop(at, McapFault::Unreadable, "reading failed");
+      const auto opcode = static_cast<McapOpcode>(head[0]);
+      spot_ = {at, kMcapRecordHead + length, 0};
+      at += spot_.length;
+      if (opcode == McapOpcode::Footer) return end(at);
+      if (!top_level(opcode)) tell(McapFault::BadRecord, "a field reaches beyond its record");
+    }
+    return stop(at, McapFault::Truncated, "it has no footer: the writer did not finish it");
+  }
+
+ private:
+  bool has_magic(std::uint64_t at) {
+    std::uint8_t magic[sizeof kMcapMagic];
+    return size_ >= sizeof magic && at <= size_ - sizeof magic && source_.read_at(at, magic) &&
+           std::memcmp(magic, kMcapMagic, sizeof magic) == 0;
+  }
+  void tell(McapFault fault, const char* what) { visitor_.on_problem({fault, spot_.offset, what}); }
+  bool stop(std::uint64_t at, McapFault fault, const char* what) {
+    visitor_.on_problem({fault, at, what});
+    return false;
+  }
+  bool stop(McapFault fault, const char* what) { return stop(0, fault, what); }
+
+  bool end(std::uint64_t at) {
+    const auto footer = decode_record<McapFooter>(content_);
+    if (!footer) return stop(spot_.offset, McapFault::BadRecord, "the footer is too short");
+    visitor_.on_footer(*footer, spot_);
+    if (!has_magic(at)) return stop(at, McapFault::Truncated, "no magic follows the footer");
+    if (at + sizeof kMcapMagic != size_) return stop(at, McapFault::BadRecord, "something follows the end of the file");
+    return true;
+  }
+
+  /// Decodes a record and hands it to a function of the visitor. False if a field reaches beyond it.
+  template <class Record, class... Spot>
+  bool hand(void (McapVisitor::*to)(const Record&, Spot...), Spot... spot) {
+    const auto record = decode_record<Record>(content_);
+    if (record) (visitor_.*to)(*record, spot...);
+    return record.has_value();
+  }
+
+  bool top_level(McapOpcode opcode) {
+    using V = McapVisitor;
+    switch (opcode) {
+      case McapOpcode::Header: return hand<McapHeader>(&V::on_header);
+      case McapOpcode::Schema:
+      case McapOpcode::Channel:
+      case McapOpcode::Message: return inner(opcode, content_);
+      case McapOpcode::Chunk: return chunk();
+      case McapOpcode::MessageIndex: return hand<McapMessageIndex, const McapSpot&>(&V::on_message_index, spot_);
+      case McapOpcode::ChunkIndex: return hand<McapChunkIndex>(&V::on_chunk_index);
+      case McapOpcode::Attachment: return attachment();
+      case McapOpcode::AttachmentIndex: return hand<McapAttachmentIndex>(&V::on_attachment_index);
+      case McapOpcode::Statistics: return hand<McapStatistics>(&V::on_statistics);
+      case McapOpcode::Metadata: return hand<McapMetadata, const McapSpot&>(&V::on_metadata, spot_);
+      case McapOpcode::MetadataIndex: return hand<McapMetadataIndex>(&V::on_metadata_index);
+      case McapOpcode::SummaryOffset: return hand<McapSummaryOffset>(&V::on_summary_offset);
+      case McapOpcode::DataEnd: return hand<McapDataEnd, const McapSpot&>(&V::on_data_end, spot_);
+      case McapOpcode::Footer: break;
+    }
+    if (opcode == McapOpcode{0}) tell(McapFault::BadRecord, "an opcode is 0");
+    return true;  // an opcode that the specification does not name is skipped
+  }
+
+  bool attachment() {
+    const auto record = decode_record<McapAttachment>(content_);
+    if (!record) return false;
+    if (record->crc != 0) {
+      Bytes& again = unpacked_;
+      again.clear();
+      append_record(*record, again);
+      if (crc32_of(ByteView{again}.subspan(kMcapRecordHead, again.size() - kMcapRecordHead - 4)) != record->crc)
+        tell(McapFault::BadCrc, "an attachment's CRC does not match");
+    }
+    visitor_.on_attachment(*record, spot_);
+    return true;
+  }
+
+  bool chunk() {
+    const auto record = decode_record<McapChunk>(content_);
+    if (!record) return false;
+    visitor_.on_chunk(*record, spot_);
+    const auto compression = compression_of(record->compression);
+    if (!compression) {
+      tell(McapFault::UnknownCompression, "a chunk's compression is none of '', 'lz4' and 'zstd'");
+      return true;
+    }
+    if (record->uncompressed_size > kMostMcapRecordBytes) {
+      tell(McapFault::TooLarge, "a chunk has more than 1 GiB uncompressed");
+      return true;
+    }
+    ByteView records = record->records.bytes;
+    if (*compression == Compression::None) {
+      if (records.size() != record->uncompressed_size)
+        tell(McapFault::BadCompression, "a chunk has another size than it states");
+    } else {
+      if (!uncompress(*compression, records, record->uncompressed_size, unpacked_)) {
+        tell(McapFault::BadCompression, "a chunk cannot be uncompressed to the size that it states");
+        return true;
+      }
+      records = unpacked_;
+    }
+    if (record->uncompressed_crc != 0 && crc32_of(records) != record->uncompressed_crc) {
+      tell(McapFault::BadCrc, "a chunk's CRC does not match");
+      return true;
+    }
+    walk_inside(records);
+    return true;
+  }
+
+  void walk_inside(ByteView records) {
+    const McapSpot of_chunk = spot_;
+    for (std::size_t at = 0; at < records.size();) {
+      const ByteView rest = records.subspan(at);
+      const std::uint64_t length = rest.size() < kMcapRecordHead ? 0 : length_of(rest);
+      if (rest.size() < kMcapRecordHead || length > rest.size() - kMcapRecordHead) {
+        tell(McapFault::BadRecord, "a record reaches beyond its chunk");
+        break;
+      }
+      spot_ = {of_chunk.offset, kMcapRecordHead + length, at};
+      if (!inner(static_cast<McapOpcode>(rest[0]), rest.subspan(kMcapRecordHead, length)))
+        tell(McapFault::BadRecord, "a field reaches beyond its record");
+      at += spot_.length;
+    }
+    spot_ = of_chunk;
+  }
+
+  /// Of a schema, a channel or a message.
+  bool inner(McapOpcode opcode, ByteView content) {
+    if (opcode == McapOpcode::Schema) return schema(content);
+    if (opcode == McapOpcode::Channel) return channel(content);
+    if (opcode != McapOpcode::Message) {
+      if (opcode <= McapOpcode::DataEnd) tell(McapFault::BadRecord, "a chunk has a record that may not stand in one");
+      return true;
+    }
+    const auto message = decode_record<McapMessage>(content);
+    if (!message) return false;
+    if (channels_.count(message->channel_id) == 0) {
+      tell(McapFault::UnknownChannel, "a message of a channel that no record before it describes");
+    } else {
+      visitor_.on_message(*message, spot_);
+    }
+    return true;
+  }
+
+  bool schema(ByteView content) {
+    const auto record = decode_record<McapSchema>(content);
+    if (!record) return false;
+    if (record->id == 0) {
+      tell(McapFault::BadRecord, "a schema has the id 0");
+      return true;
+    }
+    if (is_new(schemas_[record->id], content, "two schemas have one id")) visitor_.on_schema(*record);
+    return true;
+  }
+  bool channel(ByteView content) {
+    const auto record = decode_record<McapChannel>(content);
+    if (!record) return false;
+    if (record->schema_id != 0 && schemas_.count(record->schema_id) == 0) {
+      tell(McapFault::UnknownChannel, "a channel of a schema that no record before it describes");
+      return true;
+    }
+    if (is_new(channels_[record->id], content, "two channels have one id")) visitor_.on_channel(*record);
+    return true;
+  }
+  /// `known`: what the same id had before; empty: nothing.
+  bool is_new(Bytes& known, ByteView content, const char* conflict) {
+    if (known.empty()) {
+      known.assign(content.begin(), content.end());
+      return true;
+    }
+    if (!std::equal(known.begin(), known.end(), content.begin(), content.end())) tell(McapFault::Conflict, conflict);
+    return false;
+  }
+
+  ByteSource& source_;
+  McapVisitor& visitor_;
+  const std::uint64_t size_;
+  McapSpot spot_;
+  Bytes content_, unpacked_;
+  std::map<std::uint16_t, Bytes> schemas_, channels_;
+};
+
+}  // namespace
+
+bool walk_mcap(ByteSource& source, McapVisitor& visitor) { return Walk{source, visitor}.run(); }
+
+}  // namespace nacelle::record

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "cli/command.hpp"
+
+namespace nacelle::cli {
+
+/// Adds `bag`.
+void add_bag_commands(Command& root);
+
+}  // namespace nacelle::cli

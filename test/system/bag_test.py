@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`nacelle bag`: recordings that another program wrote, whole and damaged."""
+import json
+import pathlib
+import struct
+import unittest
+import zlib
+
+from robot import RobotTest, of_words
+
+# Written from the tables of the MCAP specification, apart from Nacelle's writer.
+MAGIC = b"\x89MCAP0\r\n"
+SECOND = 1_000_000_000
+
+
+def record(opcode, content):
+    return struct.pack("<BQ", opcode, len(content)) + content
+
+
+def text(words):
+    return struct.pack("<I", len(words)) + words.encode()
+
+
+def schema(number, name):
+    return record(3, struct.pack("<H", number) + text(name) + text("ros2msg") + text("string data\n"))
+
+
+def channel(number, of, topic):
+    return record(4, struct.pack("<HH", number, of) + text(topic) + text("cdr") + struct.pack("<I", 0))
+
+
+def message(of, at, data):
+    return record(5, struct.pack("<HIQQ", of, 0, at, at) + data)
+
+
+def cdr_string(words):
+    return b"\0\1\0\0" + struct.pack("<I", len(words) + 1) + words.encode() + b"\0"
+
+
+def chunk(records, begin, end):
+    return record(6, struct.pack("<QQQI", begin, end, len(records), zlib.crc32(records)) + text("") + struct.pack("<Q", len(records)) + records)
+
+
+def bag(*parts, whole=True):
+    end = record(15, struct.pack("<I", 0)) + record(2, struct.pack("<QQI", 0, 0, 0)) + MAGIC
+    return MAGIC + record(1, text("ros2") + text("other")) + b"".join(parts) + (end if whole else b"")
+
+
+DESCRIPTIONS = schema(1, "std_msgs/msg/String") + channel(7, 1, "/chatter") + schema(2, "my_msgs/msg/Secret") + channel(8, 2, "/secret")
+
+
+def talk(first, last):
+    records = DESCRIPTIONS + b"".join(message(7, at * SECOND, cdr_string("hello")) for at in range(first, last + 1))
+    return chunk(records + message(8, last * SECOND, b"\0\1\0\0?"), first * SECOND, last * SECOND)
+
+
+@of_words
+class Bag(RobotTest):
+    def setUp(self):
+        super().setUp()
+        self.bags = pathlib.Path(self.folder)
+
+    def nacelle(self, *words):
+        done = self.run_program(*words)
+        return done.returncode, done.stdout, done.stderr
+
+    def write(self, name, content):
+        path = self.bags / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(content)
+        return str(path)
+
+    def test_info_prints_what_ros2_prints_with_rates_and_gaps(self):
+        path = self.write("drive.mcap", bag(talk(10, 14), talk(18, 20)))
+        code, out, err = self.nacelle("bag", "info", path)
+        self.assertEqual((code, err), (0, ""))
+        self.assertIn("Files:             drive.mcap\n", out)
+        self.assertIn("Duration:          10.000000000s\n", out)
+        self.assertIn("Messages:          10\n", out)
+        self.assertIn("Topic: /chatter | Type: std_msgs/msg/String | Count: 8 | Serialization Format: cdr | Rate: 0.70 Hz | Longest gap: 4.000 s\n", out)
+        self.assertIn("Topic: /secret | Type: my_msgs/msg/Secret | Count: 2 |", out)
+
+    def test_a_folder_is_one_recording_in_the_order_of_its_numbers(self):
+        for number, first in ((0, 10), (2, 20), (10, 30)):
+            self.write(f"drive/drive_{number}.mcap", bag(talk(first, first + 4)))
+        code, out, _ = self.nacelle("bag", "info", str(self.bags / "drive"), "--json")
+        self.assertEqual(code, 0)
+        found = json.loads(out)
+        self.assertEqual([pathlib.Path(file).name for file in found["files"]], ["drive_0.mcap", "drive_2.mcap", "drive_10.mcap"])
+        self.assertEqual((found["messages"], found["start_ns"], found["end_ns"]), (18, 10 * SECOND, 34 * SECOND))
+        self.assertEqual(next(topic["longest_gap_s"] for topic in found["topics"] if topic["name"] == "/chatter"), 6.0)
+
+    def test_check_decodes_what_it_knows_and_counts_what_it_does_not(self):
+        path = self.write("good.mcap", bag(talk(1, 3)))
+        code, out, _ = self.nacelle("bag", "check", path)
+        self.assertEqual(code, 0, out)
+        self.assertIn("ok: 4 messages in 1 chunk, 0 of them indexed, 1 checksum compared", out)
+        self.assertIn("1 of my_msgs/msg/Secret were not decoded", out)
+        path = self.write("bad.mcap", bag(DESCRIPTIONS, message(7, 1, b"\0\1\0\0\xff\xff\xff\xffhello")))
+        code, out, _ = self.nacelle("bag", "check", path, "--json")
+        self.assertEqual(code, 1)
+        (found,) = json.loads(out)
+        self.assertEqual([problem["code"] for problem in found["problems"]], ["mcap.bad_payload"])
+
+    def test_recover_makes_a_whole_file_of_what_can_be_read(self):
+        damaged = self.write("cut.mcap", bag(talk(1, 3), talk(4, 6), whole=False)[:-40])
+        code, _, err = self.nacelle("bag", "info", damaged)
+        self.assertEqual(code, 1)
+        self.assertIn("it ends inside a record", err)
+        self.assertIn("nacelle bag recover", err)
+        code, out, _ = self.nacelle("bag", "recover", damaged, "--compression", "zstd")
+        self.assertEqual(code, 0)
+        self.assertIn("cut.recovered.mcap: 4 messages", out)
+        self.assertEqual(self.nacelle("bag", "check", str(self.bags / "cut.recovered.mcap"))[0], 0)
+        code, _, err = self.nacelle("bag", "recover", damaged)
+        self.assertEqual(code, 1)
+        self.assertIn("exists already", err)
+
+    def test_what_is_no_recording_is_named(self):
+        path = self.write("words.mcap", b"no recording at all")
+        for command in ("info", "check", "recover"):
+            code, out, err = self.nacelle("bag", command, path)
+            self.assertEqual(code, 1, command)
+            self.assertIn("does not begin as an MCAP file", out + err)
+        self.assertFalse((self.bags / "words.recovered.mcap").exists())
+        (self.bags / "empty").mkdir()
+        for path, words in (("/no/such", "No such file"), (str(self.bags / "empty"), "no file that ends in .mcap"), ("/dev/null", "is no file")):
+            code, _, err = self.nacelle("bag", "info", path)
+            self.assertEqual(code, 1)
+            self.assertIn(words, err)
+        self.assertEqual(self.nacelle("bag", "recover", str(self.bags / "empty"))[0], 1)
+        self.assertEqual(self.nacelle("bag", "info")[0], 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
