@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "record/protocol/compression.hpp"
 #include "record/protocol/mcap_codec.hpp"
 #include "record/protocol/mcap_writer.hpp"

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "seen_file.hpp"
 #include "support/allocation_guard.hpp"
 
