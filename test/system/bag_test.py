@@ -110,11 +110,39 @@ class Bag(RobotTest):
         self.assertIn("nacelle bag recover", err)
         code, out, _ = self.nacelle("bag", "recover", damaged, "--compression", "zstd")
         self.assertEqual(code, 0)
-        self.assertIn("cut.recovered.mcap: 4 messages", out)
+        self.assertIn("cut.recovered.mcap: 4 of 4 messages", out)
         self.assertEqual(self.nacelle("bag", "check", str(self.bags / "cut.recovered.mcap"))[0], 0)
         code, _, err = self.nacelle("bag", "recover", damaged)
         self.assertEqual(code, 1)
         self.assertIn("exists already", err)
+
+    def test_parts_of_a_recording_are_copied(self):
+        for number, first in ((0, 10), (1, 15)):
+            self.write(f"parts/parts_{number}.mcap", bag(talk(first, first + 4)))
+        source, copy = str(self.bags / "parts"), str(self.bags / "copy.mcap")
+
+        def of_copy(*words):
+            code, out, err = self.nacelle("bag", *words, "-o", copy)
+            self.assertEqual((code, err), (0, ""), out)
+            self.assertEqual(self.nacelle("bag", "check", copy)[0], 0)
+            found = json.loads(self.nacelle("bag", "info", copy, "--json")[1])
+            pathlib.Path(copy).unlink()
+            return found
+
+        whole = of_copy("convert", source, "--compression", "lz4")
+        self.assertEqual((whole["messages"], whole["compression"], len(whole["topics"])), (12, "lz4", 2))
+        middle = of_copy("cut", source, "--start-offset", "2", "--duration", "5")
+        self.assertEqual((middle["start_ns"], middle["end_ns"], middle["messages"]), (12 * SECOND, 17 * SECOND, 7))
+        for words, topics in ((("--topics", "/secret"), ["/secret"]), (("-e", "^/ch"), ["/chatter"]), (("-x", "chat"), ["/secret"]),
+                              (("--topics", "/secret", "-e", "ter$"), ["/chatter", "/secret"])):  # fmt: skip
+            self.assertEqual([topic["name"] for topic in of_copy("filter", source, *words)["topics"]], topics)
+        code, _, err = self.nacelle("bag", "filter", source, "-e", "(", "-o", copy)
+        self.assertEqual(code, 2)
+        self.assertIn("is no regular expression", err)
+        code, _, err = self.nacelle("bag", "convert", self.write("cut_off.mcap", bag(talk(1, 2), whole=False)), "-o", copy)
+        self.assertEqual(code, 1)
+        self.assertIn("has no footer", err)
+        self.assertFalse(pathlib.Path(copy).exists())
 
     def test_what_is_no_recording_is_named(self):
         path = self.write("words.mcap", b"no recording at all")

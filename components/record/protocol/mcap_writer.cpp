@@ -41,6 +41,13 @@ std::optional<std::uint16_t> McapWriter::add_schema(std::string name, std::strin
 std::optional<std::uint16_t> McapWriter::add_channel(std::uint16_t schema_id, std::string topic,
                                                      std::string message_encoding,
                                                      std::map<std::string, std::string> metadata) {
+  const auto same = [&](const Channel& known) {
+    const McapChannel& r = known.record;
+    return r.schema_id == schema_id && r.topic == topic && r.message_encoding == message_encoding &&
+           r.metadata == metadata;
+  };
+  const auto found = std::find_if(channels_.begin(), channels_.end(), same);
+  if (found != channels_.end()) return found->record.id;
   if (closed_ || channels_.size() >= std::numeric_limits<std::uint16_t>::max() || schema_id > schemas_.size())
     return std::nullopt;
   const auto id = static_cast<std::uint16_t>(channels_.size() + 1);

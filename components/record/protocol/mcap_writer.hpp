@@ -33,7 +33,7 @@ class McapWriter {
   [[nodiscard]] bool start();
   /// Returns the id of a schema, the same for the same three texts. Errors: nullopt if there are 65,535 already.
   [[nodiscard]] std::optional<std::uint16_t> add_schema(std::string name, std::string encoding, std::string text);
-  /// Returns the id of a new channel. Errors: nullopt if there are 65,535 already.
+  /// Returns the id of a channel, the same for the same four. Errors: nullopt if there are 65,535 already, or no such schema.
   [[nodiscard]] std::optional<std::uint16_t> add_channel(std::uint16_t schema_id, std::string topic,
                                                          std::string message_encoding,
                                                          std::map<std::string, std::string> metadata);

@@ -46,9 +46,9 @@ class Payloads {
 
 std::string summary_of(const record::RecordingCheck::Report& report) {
   const auto plural = [](std::uint64_t count) { return count == 1 ? "" : "s"; };
-  std::string text = fmt::format("{} message{} in {} chunk{}, {} of them indexed, {} checksum{} compared", report.messages,
-                                 plural(report.messages), report.chunks, plural(report.chunks), report.indexed,
-                                 report.checksums, plural(report.checksums));
+  std::string text = fmt::format("{} message{} in {} chunk{}, {} of them indexed, {} checksum{} compared",
+                                 report.messages, plural(report.messages), report.chunks, plural(report.chunks),
+                                 report.indexed, report.checksums, plural(report.checksums));
   for (const auto& [type, count] : report.unread)
     text +=
         fmt::format("; {} of {} were not decoded: the type is not installed", count, type.empty() ? "no type" : type);

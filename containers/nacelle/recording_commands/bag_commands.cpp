@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "recording_commands/bag_check.hpp"
+#include "recording_commands/bag_copy.hpp"
 #include "recording_commands/bag_info.hpp"
-#include "recording_commands/bag_recover.hpp"
 #include "recording_commands/commands.hpp"
 
 namespace nacelle::cli {
@@ -32,14 +32,60 @@ void add_check(Command& group) {
   command.runs([wish] { return check_bag(*wish); });
 }
 
+constexpr const char* kBag = "an MCAP file, or the folder that `ros2 bag record` made; it is not changed";
+
+void add_compression(Command& command, BagCopyWish& wish) {
+  command.option("--compression", wish.compression, "of the new file").one_of({"none", "lz4", "zstd"}).with_default();
+}
+
 void add_recover(Command& group) {
-  auto wish = std::make_shared<BagRecoverWish>();
-  Command& command = group.add("recover", "copy what can be read of a damaged or unfinished file into a new one");
-  command.option("file", wish->file, "an MCAP file; it is not changed").required().names_a(Names::File);
+  auto wish = std::make_shared<BagCopyWish>();
+  wish->despite_problems = true;
+  Command& command = group.add("recover", "copy what can be read of a damaged or unfinished recording into a new file");
+  command.option("bag", wish->path, kBag).required().names_a(Names::File);
   command.option("-o,--output", wish->output, "the new file; default: NAME.recovered.mcap beside it")
       .names_a(Names::File);
-  command.option("--compression", wish->compression, "of the new file").one_of({"none", "lz4", "zstd"}).with_default();
-  command.runs([wish] { return recover_bag(*wish); });
+  add_compression(command, *wish);
+  command.runs([wish] { return copy_bag(*wish); });
+}
+
+void add_convert(Command& group) {
+  auto wish = std::make_shared<BagCopyWish>();
+  Command& command = group.add("convert", "copy a recording into one file, with another compression");
+  command.option("bag", wish->path, kBag).required().names_a(Names::File);
+  command.option("-o,--output", wish->output, "the new file").required().names_a(Names::File);
+  add_compression(command, *wish);
+  command.runs([wish] { return copy_bag(*wish); });
+}
+
+void add_cut(Command& group) {
+  auto wish = std::make_shared<BagCopyWish>();
+  Command& command = group.add("cut", "copy a part of a recording's time into a new file");
+  command.option("bag", wish->path, kBag).required().names_a(Names::File);
+  command.option("-o,--output", wish->output, "the new file").required().names_a(Names::File);
+  command.option("--start-offset", wish->start_offset_s, "begin so many s after the first message")
+      .value("SECONDS")
+      .with_default()
+      .within(0.0, 1e9);
+  command.option("--duration", wish->duration_s, "how much is copied, in s; 0: to the end")
+      .value("SECONDS")
+      .with_default()
+      .within(0.0, 1e9);
+  add_compression(command, *wish);
+  command.runs([wish] { return copy_bag(*wish); });
+}
+
+void add_filter(Command& group) {
+  auto wish = std::make_shared<BagCopyWish>();
+  Command& command = group.add("filter", "copy some topics of a recording into a new file");
+  command.option("bag", wish->path, kBag).required().names_a(Names::File);
+  command.option("-o,--output", wish->output, "the new file").required().names_a(Names::File);
+  command.option("--topics", wish->topics, "these topics");
+  command.option("-e,--regex", wish->regex, "and those in which this regular expression is found").checked(wrong_regex);
+  command.option("-x,--exclude-regex", wish->exclude_regex, "but none in which this one is found").checked(wrong_regex);
+  command.note("Without --topics and --regex: all topics but the excluded ones.");
+  add_compression(command, *wish);
+  command.runs([wish] { return copy_bag(*wish); });
 }
 
 }  // namespace
@@ -49,6 +95,9 @@ void add_bag_commands(Command& root) {
   add_info(group);
   add_check(group);
   add_recover(group);
+  add_cut(group);
+  add_filter(group);
+  add_convert(group);
 }
 
 }  // namespace nacelle::cli
