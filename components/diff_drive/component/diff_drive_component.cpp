@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "diff_drive/component/boards.hpp"
+#include "diff_drive/component/hindrance.hpp"
 #include "diff_drive/component/serial_base_port.hpp"
 #include "diff_drive/port/loopback_port.hpp"
 #include "nacelle/io/can_port.hpp"
@@ -30,6 +31,8 @@ const char* explain(CommandFault fault) {
     case CommandFault::Absurd: return "it is faster than any base on wheels";
     case CommandFault::Stale:
       return "its stamp is older than the timeout of its topic; are the sender's and this machine's clocks set?";
+    case CommandFault::Inactive:
+      return "diff_drive_controller is not active; `ros2 control switch_controllers` activates it";
   }
   return "";
 }
@@ -44,37 +47,6 @@ std::string advice(DriveFault::Kind kind) {
     case DriveFault::Kind::SerialStuck: return "is the board on, and is its line the right one?";
     case DriveFault::Kind::FeedbackLost:
       return "is its baud or bit rate right, and is it the board that hardware names?";
-  }
-  return {};
-}
-
-/// Returns why the base does not follow its commands; empty if it does.
-struct Hindrance {
-  std::string text;
-  std::uint8_t level = diagnostic_msgs::msg::DiagnosticStatus::OK;
-};
-
-Hindrance hindrance_of(const DriveLoop::Look& look, const char* board_fault) {
-  using diagnostic_msgs::msg::DiagnosticStatus;
-  const auto held = [&](Hold why) { return (look.holds & static_cast<std::uint8_t>(why)) != 0; };
-  if (held(Hold::LineLost))
-    return {"the motor board is disconnected or silent; reconnecting until it is back", DiagnosticStatus::ERROR};
-  if (held(Hold::BoardFault))
-    return {fmt::format("the motor board reports a fault: {}", board_fault != nullptr ? board_fault : "gone just now"),
-            DiagnosticStatus::ERROR};
-  if (held(Hold::Stopped))
-    return {"it was stopped from outside; deactivate it and activate it again", DiagnosticStatus::ERROR};
-  if (held(Hold::EmergencyStop))
-    return {"the emergency stop is set; `nacelle estop release` releases it", DiagnosticStatus::ERROR};
-  if (held(Hold::Unguarded))
-    return {"the emergency stop has no publisher, or its publisher hangs (emergency_stop_required)",
-            DiagnosticStatus::ERROR};
-  if (look.state == CommandInput::State::Locked)
-    return {"a lock blocks the input that would command it", DiagnosticStatus::WARN};
-  if (look.waits_for_neutral) {
-    return {
-        "after a stop it waits for commands of zero, or none, for one timeout before it follows any (rearm: neutral)",
-        DiagnosticStatus::WARN};
   }
   return {};
 }
@@ -112,6 +84,12 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
   for (std::size_t i = 0; i < options_.locks.size(); ++i) listen_to_lock(i, options_.locks[i].topic);
   for (std::size_t i = 0; i < options_.inputs.size(); ++i) listen_to(i, options_.inputs[i].topic);
   hindrance_timer_ = create_wall_timer(kHindrancePeriod, [this] { tell_hindrance(); });
+  if (get<bool>("controller_manager"))
+    controllers_ = std::make_unique<ControllerServices>(options, *this, inbox_, description());
+}
+
+ControllerServices::Description DiffDriveComponent::description() const {
+  return {options_.left_wheel_names, options_.right_wheel_names, options_.update_rate_hz, options_.hardware};
 }
 
 void DiffDriveComponent::tell_wheels() {
@@ -162,6 +140,9 @@ DiffDriveComponent::~DiffDriveComponent() {
 void DiffDriveComponent::on_twist(std::size_t source, const geometry_msgs::msg::Twist& twist, const MessageInfo& info) {
   const auto wanted = accepted(raw(twist));
   if (!wanted) return refuse_command(source, wanted.error(), info);
+  // The loop reads what is at rest, also while it holds the wheels: only motion is refused.
+  if (inbox_.inactive.is_set.load(std::memory_order_acquire) && wanted.value() != BodyTwist{})
+    return refuse_command(source, CommandFault::Inactive, info);
   refusal_told_ = {};
   ++command_stats_.accepted;
   inbox_.sources[source].commands.put({wanted.value(), info.received_time, info.source_time, info.sequence == 1});
@@ -238,8 +219,9 @@ void DiffDriveComponent::refuse_command(std::size_t source, CommandFault fault, 
   ++command_stats_.refused[index];
   // Once per bad spell: a broken sender repeats itself many times a second.
   if (std::exchange(refusal_told_[index], true)) return;
-  get_logger().warn("a command on {} is refused: {}; the one before it stays in force until its timeout",
-                    options_.inputs[source].topic, explain(fault));
+  const char* const until_then =
+      fault == CommandFault::Inactive ? "" : "; the one before it stays in force until its timeout";
+  get_logger().warn("a command on {} is refused: {}{}", options_.inputs[source].topic, explain(fault), until_then);
 }
 
 void DiffDriveComponent::tell_hindrance() {
@@ -347,6 +329,8 @@ CallbackReturn DiffDriveComponent::on_configure(const State&) {
   watch_ = std::make_unique<DeviceWatch>(*this, options_.device, DeviceWatch::Settings{line_of_board(options_)},
                                          steady_clock().now());
   topics_->watch_with(watch_.get());
+  topics_->be_quiet_while(&inbox_.without_joint_states);
+  if (controllers_) controllers_->describe(description());
   loop_ = std::make_unique<DriveLoop>(setup_.loop, *base_, steady_clock(), inbox_, *topics_);
   return CallbackReturn::SUCCESS;
 }
@@ -364,6 +348,7 @@ CallbackReturn DiffDriveComponent::on_activate(const State&) {
     watch_->lose(std::string(nacelle::diff_drive::explain(started.error())));
     loop_->begin_without_board();
   }
+  if (controllers_) controllers_->follow(loop_.get());
   loop_thread_ = std::thread{[this] { run_loop(); }};
   return CallbackReturn::SUCCESS;
 }
@@ -391,6 +376,7 @@ void DiffDriveComponent::run_loop() noexcept {
 }
 
 void DiffDriveComponent::stop_base() {
+  if (controllers_) controllers_->follow(nullptr);
   if (loop_thread_.joinable()) {
     loop_->stop();
     loop_thread_.join();

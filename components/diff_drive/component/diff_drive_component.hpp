@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "diff_drive/component/controller_services.hpp"
 #include "diff_drive/component/described_base.hpp"
 #include "diff_drive/component/diff_drive_options.hpp"
 #include "diff_drive/component/drive_loop.hpp"
@@ -27,6 +28,7 @@ namespace nacelle::diff_drive {
 /// `emergency_stop` (std_msgs/Bool; any publisher can set it, and a latched one release it) stops the wheels until it is released.
 /// With `emergency_stop_required` the wheels also stop while no publisher of it is alive (liveliness manual_by_topic).
 /// While anything keeps the base from following its commands, /diagnostics names it (design D7).
+/// With `controller_manager`, a second node has ros2_control's services, which deactivate its two controllers (ControllerServices).
 ///
 /// configure opens the line and registers the stop frame with the container; activate stops the wheels and starts the
 /// control loop on its own thread "diff_drive_loop"; deactivate, cleanup, shutdown, errors and the destructor end the
@@ -37,7 +39,7 @@ class DiffDriveComponent : public LifecycleNode {
   /// How many commands were not followed, by cause.
   struct CommandStats {
     std::uint64_t accepted = 0;
-    std::array<std::uint64_t, 3> refused{};  ///< Indexed by CommandFault.
+    std::array<std::uint64_t, kCommandFaults> refused{};  ///< Indexed by CommandFault.
   };
 
   explicit DiffDriveComponent(const NodeOptions& options);
@@ -68,6 +70,7 @@ class DiffDriveComponent : public LifecycleNode {
   /// Says what keeps the base from following its commands, when that changes, and once a second while it lasts.
   void tell_hindrance();
 
+  [[nodiscard]] ControllerServices::Description description() const;
   [[nodiscard]] Result<std::unique_ptr<BasePort>, Problem> open_base() const;
   /// Of boards on CAN.
   [[nodiscard]] Result<std::unique_ptr<BasePort>, Problem> open_bus() const;
@@ -90,7 +93,7 @@ class DiffDriveComponent : public LifecycleNode {
   std::string hindrance_;  // as last reported; empty: none
   int ticks_until_told_ = 0;
   CommandStats command_stats_;
-  std::array<bool, 3> refusal_told_{};
+  std::array<bool, kCommandFaults> refusal_told_{};
 
   std::unique_ptr<BasePort> base_;
   std::unique_ptr<DeviceWatch> watch_;
@@ -101,6 +104,7 @@ class DiffDriveComponent : public LifecycleNode {
   // Last, so that no callback finds a part of the above gone.
   std::vector<std::shared_ptr<SubscriptionBase>> listeners_;
   std::shared_ptr<Timer> hindrance_timer_;
+  std::unique_ptr<ControllerServices> controllers_;  // null without the parameter controller_manager
 };
 
 }  // namespace nacelle::diff_drive

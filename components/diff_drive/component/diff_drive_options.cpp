@@ -366,6 +366,10 @@ void declare_options(Node& node, const DiffDriveOptions& defaults) {
       "rearm", defaults.rearm,
       described("what lets the base move again after a stop: neutral (its input was zero or silent for one "
                 "timeout, then a new command) or fresh (a new command)"));
+  node.declare_parameter("controller_manager", false,
+                         {.description = "true: the node controller_manager answers `ros2 control`",
+                          .additional_constraints = "",
+                          .read_only = true});
   node.declare_parameter("hardware", defaults.hardware,
                          described("the motor board: " + one_of(hardware_names()) + " (perfect wheels)"));
   node.declare_parameter("serial_port", defaults.serial_port,

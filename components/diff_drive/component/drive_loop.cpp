@@ -225,6 +225,7 @@ Result<void, DriveFault> DriveLoop::cycle() {
   if (stop_.load(std::memory_order_relaxed)) return {};
 
   const MonotonicTime now = clock_.now();
+  const std::uint32_t orders = inbox_.orders.load(std::memory_order_acquire);
   apply_stops();
   const Duration since_last = now - std::exchange(cycled_at_, now);
   // What came while this loop was away was not read yet: that is no silence of the board.
@@ -245,6 +246,7 @@ Result<void, DriveFault> DriveLoop::cycle() {
   look_.store({input_.state(), input_.holds(), input_.waits_for_neutral(now),
                selected < Look::kNobody ? static_cast<std::uint8_t>(selected) : Look::kNobody},
               std::memory_order_relaxed);
+  orders_followed_.store(orders, std::memory_order_release);
   if (lost_at_) return bring_line_back(now);
 
   if (auto driven = drive(twist); !driven) return driven;

@@ -109,6 +109,8 @@ class DriveLoop {
   [[nodiscard]] const Stats& stats() const { return stats_; }
   [[nodiscard]] CommandInput::State command_state() const { return input_.state(); }
   [[nodiscard]] Look look() const { return look_.load(std::memory_order_relaxed); }
+  /// CommandInbox::orders as of the last whole cycle: what was published in it, or commanded, already followed them. Threads: any.
+  [[nodiscard]] std::uint32_t orders_followed() const { return orders_followed_.load(std::memory_order_acquire); }
   /// The fault that the board reports, or null. The wheels are held while there is one. Threads: any.
   [[nodiscard]] const char* board_fault() const { return board_fault_.load(std::memory_order_relaxed); }
 
@@ -165,6 +167,7 @@ class DriveLoop {
   std::atomic<bool> stop_{false};
   std::atomic<Look> look_{Look{}};
   std::atomic<const char*> board_fault_{nullptr};
+  std::atomic<std::uint32_t> orders_followed_{0};
   Stats stats_;
 };
 

@@ -18,7 +18,8 @@ DriveTopics::DriveTopics(Publishers publishers, Settings settings, const Clock& 
 WallTime DriveTopics::wall_time_of(MonotonicTime instant) const { return clock_.wall_now() - (clock_.now() - instant); }
 
 void DriveTopics::on_wheel_state(const WheelState& state) {
-  if (joint_gate_.passes(state.captured_at)) publish_joints(state);
+  const bool is_quiet = without_joint_states_ != nullptr && without_joint_states_->load(std::memory_order_acquire);
+  if (!is_quiet && joint_gate_.passes(state.captured_at)) publish_joints(state);
   if (state.voltage_v && battery_gate_.passes(state.captured_at)) publish_battery(state);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <geometry_msgs/msg/twist_stamped.hpp>
 #include <memory>
 #include <sensor_msgs/msg/battery_state.hpp>
@@ -34,6 +35,8 @@ class DriveTopics final : public DriveObserver {
   };
   /// Reports the loss of the board there; null: nowhere.
   void watch_with(DeviceWatch* watch) { watch_ = watch; }
+  /// Publishes no joint states while that is true. It outlives this.
+  void be_quiet_while(const std::atomic<bool>* without_joint_states) { without_joint_states_ = without_joint_states; }
 
   DriveTopics(Publishers publishers, Settings settings, const Clock& clock, DurationHistogram& command_to_wheel);
 
@@ -60,6 +63,7 @@ class DriveTopics final : public DriveObserver {
   RateGate joint_gate_;
   RateGate battery_gate_;
   DeviceWatch* watch_ = nullptr;
+  const std::atomic<bool>* without_joint_states_ = nullptr;
 };
 
 }  // namespace nacelle::diff_drive

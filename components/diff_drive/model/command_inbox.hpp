@@ -43,6 +43,10 @@ struct CommandInbox {
   std::deque<Lock> locks;
   HoldFlag emergency_stop;
   HoldFlag unguarded;
+  HoldFlag inactive;                              ///< The controller that follows commands is not active.
+  std::atomic<bool> without_joint_states{false};  ///< The joint states are not published.
+  /// How often one of these two was set or released. Written after them; see DriveLoop::orders_followed().
+  std::atomic<std::uint32_t> orders{0};
   /// How often the base was stopped from outside of its component; null: never. Outlives the loop.
   const std::atomic<std::uint64_t>* stops_from_outside = nullptr;
 };

@@ -99,6 +99,7 @@ bool CommandInput::take_holds(const CommandInbox& inbox) {
   };
   follow(inbox.emergency_stop, Hold::EmergencyStop);
   follow(inbox.unguarded, Hold::Unguarded);
+  follow(inbox.inactive, Hold::Inactive);
   return any;
 }
 

@@ -21,6 +21,7 @@ enum class Hold : std::uint8_t {
   Unguarded = 4,      ///< The emergency stop has no publisher, and one is required.
   Stopped = 8,        ///< Stopped from outside (MotionStops), until the next activation.
   BoardFault = 16,    ///< The motor board reports a fault of its own.
+  Inactive = 32,      ///< The controller that follows commands is not active.
 };
 
 /// Decides what the wheels should do now: which of several inputs commands them, and whether any may.

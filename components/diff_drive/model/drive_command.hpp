@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "diff_drive/model/drive_kinematics.hpp"
@@ -22,7 +23,9 @@ enum class CommandFault : std::uint8_t {
   NotFinite,  ///< A part of the message is NaN or infinite.
   Absurd,     ///< Faster than kMaxSaneLinear or kMaxSaneAngular: a unit mistake or garbage.
   Stale,      ///< Its header stamp is older than the input's timeout: it waited somewhere.
+  Inactive,   ///< The controller that follows commands is not active.
 };
+inline constexpr std::size_t kCommandFaults = 4;
 
 /// A command above these limits comes from a broken sender. The actual limits are parameters.
 inline constexpr double kMaxSaneLinear_mps = 50.0;

@@ -93,6 +93,18 @@ class TinyBoard {
       buffer_ += as_text(bytes.value());
     }
   }
+  /// Takes every line that has been written so far.
+  void take_all() {
+    for (pollfd watched{pty_.device_end(), POLLIN, 0}; ::poll(&watched, 1, 0) > 0;) {
+      const auto bytes = pty_.read();
+      if (!bytes) break;
+      buffer_ += as_text(bytes.value());
+    }
+    while (const auto line = next_line()) {
+      lines.push_back(*line);
+      obey(*line);
+    }
+  }
   void say(double seconds) {
     left_m += left_mps * seconds;
     right_m += right_mps * seconds;
