@@ -83,6 +83,7 @@ struct RecordingContext::State {
   std::vector<Claimed> frames;
   std::map<std::string, std::string> frame_owners;
   std::vector<std::uint8_t> safe_stop;
+  std::vector<int> safe_stop_descriptors;
   std::map<std::string, DurationHistogram> histograms;
   std::map<std::string, std::shared_ptr<void>> shared_objects;
 };
@@ -170,8 +171,14 @@ class RecordingHost final : public NodeHost {
     return object;
   }
   DurationHistogram& create_histogram(const std::string& name) override { return state_.histograms[name]; }
-  void register_safe_stop(int, ByteView frame) override { state_.safe_stop.assign(frame.begin(), frame.end()); }
-  void clear_safe_stop() override { state_.safe_stop.clear(); }
+  void register_safe_stop(int descriptor, ByteView frame) override {
+    state_.safe_stop.assign(frame.begin(), frame.end());
+    state_.safe_stop_descriptors.push_back(descriptor);
+  }
+  void clear_safe_stop() override {
+    state_.safe_stop.clear();
+    state_.safe_stop_descriptors.clear();
+  }
   void report_fault(std::string code, std::string text) override {
     const std::lock_guard lock(state_.mutex);
     state_.faults.push_back({std::move(code), std::move(text)});
@@ -378,6 +385,7 @@ void RecordingContext::set_frame_owner(const std::string& child, const std::stri
   state_->frame_owners[child] = other_node;
 }
 std::vector<std::uint8_t> RecordingContext::safe_stop() const { return state_->safe_stop; }
+std::vector<int> RecordingContext::safe_stop_descriptors() const { return state_->safe_stop_descriptors; }
 DurationHistogram& RecordingContext::histogram(const std::string& name) { return state_->histograms[name]; }
 std::shared_ptr<void> RecordingContext::shared_object(const std::string& name, std::shared_ptr<void> (*make)()) {
   auto& object = state_->shared_objects[name];

@@ -81,6 +81,8 @@ class RecordingContext final : public Context {
   void set_frame_owner(const std::string& child, const std::string& other_node);
   /// The registered stop frame; empty when there is none.
   [[nodiscard]] std::vector<std::uint8_t> safe_stop() const;
+  /// Where it was registered to be written.
+  [[nodiscard]] std::vector<int> safe_stop_descriptors() const;
   [[nodiscard]] DurationHistogram& histogram(const std::string& name);
   [[nodiscard]] std::shared_ptr<void> shared_object(const std::string& name, std::shared_ptr<void> (*make)());
 

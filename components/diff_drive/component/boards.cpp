@@ -65,6 +65,13 @@ constexpr BoardKind kKinds[] = {
      .has_watchdog = false},
     {.name = "framed"},
     {.name = "text"},
+    {.name = "pwm",
+     .is_pwm = true,
+     .lowest_channel = 0,
+     .highest_channel = 63,
+     .usual_left = 0,
+     .usual_right = 1,
+     .has_watchdog = false},
 };
 constexpr std::int64_t kRoboclawFirst = 0x80, kRoboclawLast = 0x87;
 
@@ -134,6 +141,7 @@ std::optional<Problem> problem_of_board(const DiffDriveOptions& options, const s
                    fmt::format("a {} board counts, and how many counts a turn of the wheel has is not set", kind->name),
                    "for an encoder: 4 * lines * gear ratio"};
   }
+  if (kind->is_pwm) return problem_of_pwm(options.pwm, node);
   if (options.hardware == "roboclaw" && options.board_address != 0 &&
       (options.board_address < kRoboclawFirst || options.board_address > kRoboclawLast)) {
     return Problem{Place::of_parameter("board_address", node),
@@ -141,6 +149,12 @@ std::optional<Problem> problem_of_board(const DiffDriveOptions& options, const s
                    "128 to 135, as set in Motion Studio; 0 is 128"};
   }
   return std::nullopt;
+}
+
+BaseWiring wiring_of_board(const DiffDriveOptions& options) {
+  const BoardKind* const kind = board_kind(options.hardware);
+  NACELLE_EXPECT(kind != nullptr, "loopback has no channels");
+  return wiring_of(options, *kind);
 }
 
 std::unique_ptr<MotorBoard> make_board(const DiffDriveOptions& options) {
@@ -198,7 +212,12 @@ void warn_of_board(const DiffDriveOptions& options, std::vector<std::string>& wa
         "odometry made of them does not notice a wheel that slips or stands",
         kind->name));
   }
-  if (!kind->has_watchdog) {
+  if (kind->is_pwm) {
+    warnings.emplace_back(
+        "the kernel's PWM has no watchdog: the wheels keep their speed when this computer hangs, or when this program "
+        "and "
+        "its watcher are killed at once");
+  } else if (!kind->has_watchdog) {
     warnings.push_back(fmt::format(
         "a {} board has no watchdog: its wheels keep their speed when its cable or this computer fails", kind->name));
   }
@@ -207,6 +226,7 @@ void warn_of_board(const DiffDriveOptions& options, std::vector<std::string>& wa
 const std::string& line_of_board(const DiffDriveOptions& options) {
   const BoardKind* const kind = board_kind(options.hardware);
   if (kind == nullptr) return options.hardware;
+  if (kind->is_pwm) return options.pwm.chip;
   return kind->is_on_can ? options.can_interface : options.serial_port;
 }
 

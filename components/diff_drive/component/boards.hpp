@@ -9,6 +9,7 @@
 
 #include "diff_drive/component/diff_drive_options.hpp"
 #include "diff_drive/component/motor_board.hpp"
+#include "diff_drive/component/wheel_wiring.hpp"
 #include "nacelle/io/can_port.hpp"
 
 namespace nacelle::diff_drive {
@@ -16,6 +17,7 @@ namespace nacelle::diff_drive {
 /// A kind of motor board: a value of the parameter `hardware` other than loopback.
 struct BoardKind {
   std::string_view name;
+  bool is_pwm = false;           ///< No board: this computer's own pins (open_pwm_base()).
   bool is_on_can = false;        ///< On the interface can_interface, not on serial_port.
   unsigned usual_baud = 115200;  ///< Where baud_rate is 0.
   int lowest_channel = 0;        ///< Channels that left_channel and right_channel may name; equal to the highest: none.
@@ -33,7 +35,9 @@ struct BoardKind {
 
 /// Checks the parameters of the board; `node` is the node that has them. Precondition: board_kind(options.hardware).
 [[nodiscard]] std::optional<Problem> problem_of_board(const DiffDriveOptions& options, const std::string& node);
-/// Precondition: problem_of_board() finds none.
+/// Returns the wheels' channels, directions and counts. Precondition: as of problem_of_board().
+[[nodiscard]] BaseWiring wiring_of_board(const DiffDriveOptions& options);
+/// Precondition: problem_of_board() finds none, and the kind is a board.
 [[nodiscard]] std::unique_ptr<MotorBoard> make_board(const DiffDriveOptions& options);
 /// Returns what the kernel shall let through to boards on CAN. Precondition: as of make_board(), and the kind is_on_can.
 [[nodiscard]] std::vector<io::CanFilter> filters_of_board(const DiffDriveOptions& options);

@@ -50,7 +50,8 @@ constexpr Plugin kPlugins[] = {{"mock_components/", "loopback"},
                                {"odrive", "odrive"},
                                {"hiwonder", "hiwonder"},
                                {"nacelle/framed", "framed"},
-                               {"nacelle/text", "text"}};
+                               {"nacelle/text", "text"},
+                               {"nacelle/pwm", "pwm"}};
 
 std::string lower(std::string text) {
   for (char& c : text) {

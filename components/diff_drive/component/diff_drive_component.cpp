@@ -10,6 +10,7 @@
 
 #include "diff_drive/component/boards.hpp"
 #include "diff_drive/component/hindrance.hpp"
+#include "diff_drive/component/pwm_base.hpp"
 #include "diff_drive/component/serial_base_port.hpp"
 #include "diff_drive/port/loopback_port.hpp"
 #include "nacelle/io/can_port.hpp"
@@ -70,7 +71,7 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
     declare_problem(setup.error());
   }
   // Several programs may use a CAN interface.
-  if (const BoardKind* const kind = board_kind(options_.hardware); kind != nullptr && !kind->is_on_can)
+  if (const BoardKind* const kind = board_kind(options_.hardware); kind != nullptr && !kind->is_on_can && !kind->is_pwm)
     declare_device_use(options_.serial_port, "serial_port");
   publishers_.joint_states = create_publisher<sensor_msgs::msg::JointState>("joint_states", QoS(kStateDepth));
   publishers_.battery = create_publisher<sensor_msgs::msg::BatteryState>("battery/state", QoS(kStateDepth));
@@ -257,6 +258,7 @@ Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const
   if (options_.hardware == "loopback")
     return std::unique_ptr<BasePort>{std::make_unique<LoopbackPort>(steady_clock(), LoopbackPort::Settings{})};
   if (board_kind(options_.hardware)->is_on_can) return open_bus();
+  if (board_kind(options_.hardware)->is_pwm) return open_pins();
 
   io::SerialSettings line_settings;
   line_settings.path = options_.serial_port;
@@ -277,6 +279,14 @@ Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const
   settings.max_wheel_rate_rps = options_.max_wheel_rate_rps;
   return std::unique_ptr<BasePort>{
       std::make_unique<SerialBasePort>(std::move(line).value(), make_board(options_), steady_clock(), settings)};
+}
+
+Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_pins() const {
+  auto base = open_pwm_base(options_, wiring_of_board(options_), steady_clock());
+  if (base) return base;
+  Problem problem = base.error();
+  problem.where.node = get_fully_qualified_name();
+  return err(std::move(problem));
 }
 
 Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_bus() const {
@@ -320,6 +330,7 @@ CallbackReturn DiffDriveComponent::on_configure(const State&) {
   if (!base) return refuse(base.error());
   base_ = std::move(base).value();
   if (base_->descriptor() >= 0) register_safe_stop(base_->descriptor(), base_->stop_frame());
+  for (const int further : base_->further_descriptors()) register_safe_stop(further, base_->stop_frame());
 
   publishers_.limited_velocity = limited_velocity_;
   topics_ = std::make_unique<DriveTopics>(publishers_,
@@ -385,6 +396,8 @@ void DiffDriveComponent::stop_base() {
     get_logger().info(
         "{} cycles ({} skipped, {} not written), {} states of the wheels, {} of {} bytes lost, {} command timeouts",
         loop.cycles, loop.skipped, loop.unwritten, base.states, base.bytes_lost, base.bytes_in, loop.commands.timeouts);
+    if (base.edges_lost > 0)
+      get_logger().warn("{} edges of the encoders were lost, {} were seen", base.edges_lost, base.edges);
   }
   // A lost line takes no command; the board's own watchdog stops the wheels then.
   if (base_) static_cast<void>(base_->stop());

@@ -74,6 +74,8 @@ class DiffDriveComponent : public LifecycleNode {
   [[nodiscard]] Result<std::unique_ptr<BasePort>, Problem> open_base() const;
   /// Of boards on CAN.
   [[nodiscard]] Result<std::unique_ptr<BasePort>, Problem> open_bus() const;
+  /// Of motors on this computer's own pins.
+  [[nodiscard]] Result<std::unique_ptr<BasePort>, Problem> open_pins() const;
   void run_loop() noexcept;
   /// Ends the loop's thread and writes the stop frame; does nothing when neither is there.
   void stop_base();

@@ -51,7 +51,7 @@ constexpr NumberRow kNumbers[] = {
     {"motor_watchdog", &DiffDriveOptions::motor_watchdog_s, 0.0, 60.0, "s",
      "the board stops after this silence of ours; 0 its default"},
     {"counts_per_turn", &DiffDriveOptions::counts_per_turn, 0.0, 1e8, "",
-     "what the board counts while a wheel turns once (roboclaw: edges of the encoder; vesc, vesc_can: 6 * pole "
+     "what the board counts while a wheel turns once (roboclaw, pwm: edges of the encoder; vesc, vesc_can: 6 * pole "
      "pairs * gear; odrive, odrive_can: gear; hiwonder: gear behind its motors); 0 its usual one"},
     {"max_wheel_rate", &DiffDriveOptions::max_wheel_rate_rps, 0.1, 10000.0, "rad/s",
      "no wheel is commanded to turn faster, and a wheel that seems to is a restart of the board"},
@@ -228,6 +228,7 @@ std::optional<Problem> problem_of_hardware(const DiffDriveOptions& options, cons
   }
   const BoardKind* const kind = board_kind(options.hardware);
   if (kind == nullptr) return std::nullopt;
+  if (kind->is_pwm) return problem_of_board(options, node);
   if (kind->is_on_can) {
     if (options.can_interface.empty())
       return Problem{Place::of_parameter("can_interface", node), "no interface", "see `ip -details link`"};
@@ -381,6 +382,7 @@ void declare_options(Node& node, const DiffDriveOptions& defaults) {
   for (const BoardSwitchRow& row : kBoardSwitches)
     node.declare_parameter(std::string(row.name), defaults.*row.field,
                            described("the motor and its encoder turn backward when the board drives forward"));
+  declare_pwm_options(node, defaults.pwm);
   declare_device_parameters(node);
 }
 
@@ -412,6 +414,7 @@ DiffDriveOptions read_options(const Node& node) {
   options.can_interface = node.get<std::string>("can_interface");
   for (const IntegerRow& row : kIntegers) options.*row.field = node.get<std::int64_t>(std::string(row.name));
   for (const BoardSwitchRow& row : kBoardSwitches) options.*row.field = node.get<bool>(std::string(row.name));
+  options.pwm = read_pwm_options(node);
   return options;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "diff_drive/component/drive_loop.hpp"
+#include "diff_drive/component/pwm_options.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/node/device_watch.hpp"
 #include "nacelle/node/node.hpp"
@@ -67,6 +68,7 @@ struct DiffDriveOptions {
   std::string hardware = "waveshare";  ///< One of hardware_names().
   std::string serial_port = "/dev/ttyAMA0";
   std::string can_interface = "can0";  ///< Of boards on a CAN bus, instead of serial_port.
+  PwmOptions pwm;                      ///< Of `hardware: pwm`.
   std::int64_t baud_rate = 0;          ///< 0: the board's usual one.
   std::int64_t board_address = 0;
   std::int64_t left_channel = -1, right_channel = -1;  ///< In the board's numbers; -1: its usual ones.

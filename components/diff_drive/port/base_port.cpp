@@ -13,6 +13,9 @@ std::string_view explain(BaseFault fault) {
     case BaseFault::BusOff:
       return "the CAN controller is off the motor boards' bus (wiring, termination or bit rate; `sudo ip link set can0 "
              "type can restart`)";
+    case BaseFault::OutputLost:
+      return "the kernel takes no values for the motors' PWM or direction lines (driver unbound, chip unplugged?)";
+    case BaseFault::EncodersLost: return "the wheels' encoders cannot be read (driver unbound, chip unplugged?)";
     case BaseFault::NotSendable: return "a wheel rate that no command can carry";
   }
   return "unknown fault";

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 
 #include "diff_drive/model/drive_kinematics.hpp"
@@ -23,12 +24,14 @@ struct WheelState {
 
 /// Why the base could not be read or commanded.
 enum class BaseFault : std::uint8_t {
-  LineLost,     ///< The other end is gone (pulled cable); only reopening may help.
-  LineStuck,    ///< The line took no bytes, or only a part, in time. The wheels keep their motion. Try again.
-  LineRefused,  ///< The kernel refused for another reason.
-  LineDown,     ///< A CAN interface that is set down; reopening helps once it is up.
-  BusOff,       ///< The CAN controller left its bus after too many errors; reopening helps once it is restarted.
-  NotSendable,  ///< The rates are not finite or above max_wheel_rate(): a bug of the caller. Nothing was sent.
+  LineLost,      ///< The other end is gone (pulled cable); only reopening may help.
+  LineStuck,     ///< The line took no bytes, or only a part, in time. The wheels keep their motion. Try again.
+  LineRefused,   ///< The kernel refused for another reason.
+  LineDown,      ///< A CAN interface that is set down; reopening helps once it is up.
+  BusOff,        ///< The CAN controller left its bus after too many errors; reopening helps once it is restarted.
+  OutputLost,    ///< The kernel takes no values for the motors' PWM channels or GPIO lines: their chip is gone.
+  EncodersLost,  ///< The kernel hands out no values of the wheels' encoders: their counter or GPIO chip is gone.
+  NotSendable,   ///< The rates are not finite or above max_wheel_rate(): a bug of the caller. Nothing was sent.
 };
 [[nodiscard]] std::string_view explain(BaseFault fault);
 
@@ -56,6 +59,7 @@ class BasePort {
     std::uint64_t states = 0;                    ///< Wheel states handed out.
     std::uint64_t board_restarts = 0;            ///< The board's counters restarted; the positions continue.
     std::uint64_t bytes_in = 0, bytes_lost = 0;  ///< Received, and those of them that were no usable line.
+    std::uint64_t edges = 0, edges_lost = 0;     ///< Of encoders, where the port counts them; missing ones are extra.
   };
 
   BasePort() = default;
@@ -86,6 +90,8 @@ class BasePort {
   /// Bytes that stop the wheels when they are written to descriptor() (design D7); empty without a line.
   [[nodiscard]] virtual ByteView stop_frame() const = 0;
   [[nodiscard]] virtual int descriptor() const noexcept = 0;  ///< -1 without a line.
+  /// Where stop_frame() must be written, too.
+  [[nodiscard]] virtual std::span<const int> further_descriptors() const noexcept { return {}; }
   [[nodiscard]] virtual Stats stats() const = 0;
 };
 

@@ -103,6 +103,9 @@ SafeStop::SafeStop(const std::string& node) : entry_(take_entry()) {
 
 SafeStop::~SafeStop() {
   clear();
+  for (const auto& further : further_) {
+    if (CrashEntry* const entry = further.load()) entry->in_use.store(false, std::memory_order_release);
+  }
   entry_.node.fill('\0');
   entry_.image.fill('\0');
   entry_.in_use.store(false, std::memory_order_release);
@@ -110,18 +113,39 @@ SafeStop::~SafeStop() {
 
 void SafeStop::set_image(const std::string& image) { copy_text(image, entry_.image); }
 
+CrashEntry& SafeStop::entry_for(int descriptor) {
+  const auto is_its = [descriptor](const CrashEntry& entry) {
+    const int has = entry.descriptor.load();
+    return has < 0 || has == descriptor;
+  };
+  if (is_its(entry_)) return entry_;
+  for (auto& further : further_) {
+    if (further.load() == nullptr) further.store(&take_entry(), std::memory_order_release);
+    if (is_its(*further.load())) return *further.load();
+  }
+  NACELLE_EXPECT(false, "a component has four stop frames at most");
+  return entry_;
+}
+
 void SafeStop::set(int descriptor, ByteView frame, std::size_t bytes_a_write) {
-  NACELLE_EXPECT(frame.size() <= entry_.frame.size(), "a stop frame fits into 64 bytes");
+  CrashEntry& entry = entry_for(descriptor);
+  NACELLE_EXPECT(frame.size() <= entry.frame.size(), "a stop frame fits into 64 bytes");
   if (bytes_a_write == 0) bytes_a_write = bytes_a_write_of(descriptor);
-  if (entry_.number == CrashEntry::kNoNumber) entry_.number = numbers_given.fetch_add(1);
-  publish_frame(entry_, descriptor, frame, bytes_a_write);
-  if (WatchedStop* const copy = watched_stop(entry_.number)) publish_frame(*copy, descriptor, frame, bytes_a_write);
+  if (entry.number == CrashEntry::kNoNumber) entry.number = numbers_given.fetch_add(1);
+  publish_frame(entry, descriptor, frame, bytes_a_write);
+  if (WatchedStop* const copy = watched_stop(entry.number)) publish_frame(*copy, descriptor, frame, bytes_a_write);
   was_set_.store(true, std::memory_order_relaxed);
 }
 
 void SafeStop::clear() {
-  entry_.descriptor.store(-1, std::memory_order_release);
-  if (WatchedStop* const copy = watched_stop(entry_.number)) copy->descriptor.store(-1, std::memory_order_release);
+  const auto withdraw = [](CrashEntry& entry) {
+    entry.descriptor.store(-1, std::memory_order_release);
+    if (WatchedStop* const copy = watched_stop(entry.number)) copy->descriptor.store(-1, std::memory_order_release);
+  };
+  withdraw(entry_);
+  for (const auto& further : further_) {
+    if (CrashEntry* const entry = further.load()) withdraw(*entry);
+  }
 }
 
 void SafeStop::note_activation() {
@@ -129,6 +153,11 @@ void SafeStop::note_activation() {
   entry_.was_activated = true;
 }
 
-void SafeStop::write() const noexcept { static_cast<void>(write_frame(entry_)); }
+void SafeStop::write() const noexcept {
+  static_cast<void>(write_frame(entry_));
+  for (const auto& further : further_) {
+    if (const CrashEntry* const entry = further.load(std::memory_order_acquire)) static_cast<void>(write_frame(*entry));
+  }
+}
 
 }  // namespace nacelle::runtime

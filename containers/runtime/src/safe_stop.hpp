@@ -50,16 +50,25 @@ class SafeStop {
   void set_image(const std::string& image);
   /// Records that the component becomes active now, for the age in a crash record.
   void note_activation();
+  /// A frame for a descriptor; in place of an earlier one for the same. Precondition: at most kMost descriptors until clear().
   /// `bytes_a_write` 0: the descriptor tells, 16 for a CAN socket (a struct can_frame), else all in one write.
   void set(int descriptor, ByteView frame, std::size_t bytes_a_write = 0);
+  /// Forgets all of them.
   void clear();
   /// Makes one attempt: the line is non-blocking, and the caller could not report a failure.
   void write() const noexcept;
   /// Returns whether it has ever had a frame to write, so the component moves something.
   [[nodiscard]] bool was_ever_set() const { return was_set_.load(std::memory_order_relaxed); }
 
+  static constexpr std::size_t kMost = 4;
+
  private:
+  /// Where the frame for this descriptor is, or is to be.
+  CrashEntry& entry_for(int descriptor);
+
   CrashEntry& entry_;
+  // Of the second descriptor and those that follow it, made when they are first needed. They have no names: a crash record names the component once.
+  std::array<std::atomic<CrashEntry*>, kMost - 1> further_{};
   std::atomic<bool> was_set_{false};
 };
 

@@ -160,6 +160,18 @@ TEST_F(CrashRecordTest, the_watcher_stops_the_wheels_when_no_handler_runs) {
   EXPECT_EQ(text_of("/record"), "") << "only the watcher knew";
 }
 
+TEST_F(CrashRecordTest, the_watcher_writes_every_frame_of_a_component) {
+  EXPECT_EQ(status_of([this] {
+              SafeStop wheels{"/wheels"};
+              for (const char* wheel : {"/left", "/right"})
+                wheels.set(::open((folder + wheel).c_str(), O_WRONLY | O_CREAT, 0600), {kFrame, sizeof kFrame});
+              ::raise(SIGKILL);
+            }),
+            SIGKILL);
+  EXPECT_EQ(text_of("/left"), "STOP");
+  EXPECT_EQ(text_of("/right"), "STOP");
+}
+
 TEST_F(CrashRecordTest, the_watcher_writes_no_frame_that_was_cleared_and_ends_with_its_handler) {
   EXPECT_EQ(status_of([this] {
               SafeStop gone{"/gone"};
@@ -287,6 +299,37 @@ TEST(SafeStops, all_of_the_process_are_written_and_those_that_are_cleared_are_no
   EXPECT_TRUE(two.was_ever_set());
   ::close(ends[0]);
   ::close(ends[1]);
+}
+
+// PWM channels of the kernel are files, one a wheel.
+TEST(SafeStops, a_component_with_several_descriptors_has_a_frame_for_each) {
+  int ends[2], others[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  ASSERT_EQ(::pipe(others), 0);
+  const auto said = [](int end) {
+    char text[16] = {};
+    ::fcntl(end, F_SETFL, O_NONBLOCK);
+    return std::string(text, static_cast<std::size_t>(std::max<ssize_t>(::read(end, text, sizeof text), 0)));
+  };
+  {
+    SafeStop base{"/base"};
+    base.set(ends[1], {kFrame, 2});
+    base.set(others[1], {kFrame, 2});
+    base.set(ends[1], {kFrame, 4});
+    EXPECT_EQ(write_all_safe_stops(), 2U);
+    EXPECT_EQ(said(ends[0]), "STOP") << "in place of the earlier one";
+    EXPECT_EQ(said(others[0]), "ST");
+    base.write();
+    EXPECT_EQ(said(ends[0]) + said(others[0]), "STOPST");
+    base.clear();
+    EXPECT_EQ(write_all_safe_stops(), 0U);
+    base.set(others[1], {kFrame, 4});
+    EXPECT_EQ(write_all_safe_stops(), 1U);
+    EXPECT_EQ(said(others[0]), "STOP");
+    base.set(ends[1], {kFrame, 4});
+  }
+  EXPECT_EQ(write_all_safe_stops(), 0U) << "its entries are free again";
+  for (const int end : {ends[0], ends[1], others[0], others[1]}) ::close(end);
 }
 
 // A CAN socket takes one frame a write, and refuses two in one: a base with a board a wheel would stop one wheel, or none.

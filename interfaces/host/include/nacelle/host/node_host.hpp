@@ -149,7 +149,7 @@ class NodeHost {
   [[nodiscard]] virtual DurationHistogram& create_histogram(const std::string& name) = 0;
 
   /// Bytes that stop the hardware, and where to write them, so that it can be done without running component code (design D7).
-  /// The descriptor stays open until clear_safe_stop(). A CAN socket takes one frame a write: each 16 bytes are written by themselves.
+  /// Up to four descriptors, a frame each; they stay open until clear_safe_stop(). A CAN socket takes one frame a write, of 16 bytes each.
   virtual void register_safe_stop(int descriptor, ByteView frame) = 0;
   virtual void clear_safe_stop() = 0;
 

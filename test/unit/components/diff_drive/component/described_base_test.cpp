@@ -109,8 +109,8 @@ TEST(DescribedBase, warns_about_unused_settings) {
       texts(base.warnings),
       (Texts{"robot.urdf:6: the hardware plugin 'gz_ros2_control/GazeboSimSystem' is not run here; the base drives "
              "a waveshare board; say nacelle/waveshare, nacelle/roboclaw, nacelle/vesc, nacelle/odrive, "
-             "nacelle/odrive_can, nacelle/vesc_can, nacelle/hiwonder, nacelle/framed, nacelle/text or "
-             "nacelle/loopback, or set the parameter "
+             "nacelle/odrive_can, nacelle/vesc_can, nacelle/hiwonder, nacelle/framed, nacelle/text, "
+             "nacelle/pwm or nacelle/loopback, or set the parameter "
              "hardware",
              "robot.urdf:7: the base has no use for the parameter 'pid_p'; encoders and their control "
              "are the motor board's own matter",

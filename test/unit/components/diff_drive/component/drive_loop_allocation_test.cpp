@@ -6,6 +6,7 @@
 #include <new>
 
 #include "../port/base_rig.hpp"
+#include "../port/pwm_tree.hpp"
 #include "diff_drive/component/drive_loop.hpp"
 
 namespace {
@@ -69,6 +70,38 @@ TEST(DriveLoopAllocations, a_cycle_that_reads_limits_and_writes_has_none) {
   EXPECT_GT(observer.states, 100);
   EXPECT_GT(observer.commands, 100);
   EXPECT_GT(allocations, 0U) << "the counter counts";
+}
+
+TEST(DriveLoopAllocations, a_cycle_that_controls_motors_on_pins_has_none) {
+  PwmTree tree;
+  ToldClock clock;
+  for (const auto encoder : {PwmPlant::Encoder::Counter, PwmPlant::Encoder::Quadrature}) {
+    PwmPlant plant{tree, clock, encoder, 1320.0};
+    PwmBasePort::Settings port_settings;
+    port_settings.counts_per_turn = 1320.0;
+    port_settings.pid = {.feed_forward = 0.05, .p = 0.02, .i = 0.2, .d = 0.001};
+    std::uint64_t of_the_plant = 0;
+    PwmBasePort port{plant.motors(), plant.encoders(), clock, port_settings, [&](MonotonicTime until) {
+                       const std::uint64_t before = allocations;
+                       plant.run_until(until);
+                       of_the_plant += allocations - before;
+                     }};
+    CommandInbox inbox;
+    Counting observer;
+    DriveLoop loop{{}, port, clock, inbox, observer};
+    ASSERT_TRUE(port.start());
+    loop.arm(clock.now());
+    std::uint64_t in_cycles = 0;
+    for (int i = 0; i < 120; ++i) {
+      inbox.sources[0].commands.put({{i < 40 ? 0.0 : 0.2, 0.0}, clock.now(), clock.now()});
+      const std::uint64_t before = allocations;
+      ASSERT_TRUE(loop.cycle());
+      in_cycles += allocations - before;
+    }
+    EXPECT_EQ(in_cycles - of_the_plant, 0U);
+    EXPECT_GT(observer.states, 100);
+    EXPECT_GT(plant.wheels[0].speed_rps, 1.0);
+  }
 }
 
 }  // namespace

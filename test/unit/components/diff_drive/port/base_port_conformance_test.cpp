@@ -9,6 +9,7 @@
 #include "base_rig.hpp"
 #include "can_rig.hpp"
 #include "emulated_rig.hpp"
+#include "pwm_tree.hpp"
 
 namespace nacelle::diff_drive {
 namespace {
@@ -20,7 +21,7 @@ class BasePortLaws : public ::testing::Test {
   BasePort& port_ = rig_.port();
 };
 using EveryBase = ::testing::Types<LoopbackRig, WaveshareRig, RoboclawRig, VescRig, OdriveRig, HiwonderRig,
-                                   OdriveCanRig, VescCanRig, FramedRig, TextRig>;
+                                   OdriveCanRig, VescCanRig, FramedRig, TextRig, PwmRig>;
 TYPED_TEST_SUITE(BasePortLaws, EveryBase);
 
 TYPED_TEST(BasePortLaws, the_wheels_stand_still_until_the_first_command) {

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diff_drive/port/edge_encoders.hpp"
+
+#include <utility>
+
+namespace nacelle::diff_drive {
+
+EdgeEncoders::EdgeEncoders(std::unique_ptr<io::GpioInputs> lines, bool has_b)
+    : lines_(std::move(lines)), lines_a_wheel_(has_b ? 2 : 1), wheels_{EdgeCounter{has_b}, EdgeCounter{has_b}} {
+  begin();
+}
+
+bool EdgeEncoders::begin() {
+  const auto levels = lines_->levels();
+  if (!levels) return false;
+  sequence_ = 0;
+  for (unsigned wheel = 0; wheel < wheels_.size(); ++wheel) {
+    const std::uint64_t own = *levels >> (wheel * lines_a_wheel_);
+    wheels_[wheel].begin((own & 1U) != 0, (own & 2U) != 0);
+  }
+  return true;
+}
+
+bool EdgeEncoders::read(WheelCount& left, WheelCount& right) {
+  // A line that hums must not hold the loop: at most what the kernel remembers.
+  for (std::size_t taken = 0; taken < io::GpioInputs::kKept;) {
+    const auto edges = lines_->take();
+    if (!edges) return false;
+    if (edges->empty()) break;
+    taken += edges->size();
+    for (const io::GpioEdge& edge : *edges) {
+      if (edge.sequence != ++sequence_) {
+        for (EdgeCounter& wheel : wheels_) wheel.gap();
+        sequence_ = edge.sequence;
+      }
+      const auto channel = edge.line % lines_a_wheel_ == 0 ? EdgeCounter::Channel::A : EdgeCounter::Channel::B;
+      wheels_.at(edge.line / lines_a_wheel_).edge(channel, edge.rising, edge.number, edge.at);
+    }
+  }
+  left = {wheels_[0].count(), wheels_[0].edge_at()};
+  right = {wheels_[1].count(), wheels_[1].edge_at()};
+  return true;
+}
+
+void EdgeEncoders::drive(int left, int right) {
+  wheels_[0].drive(left);
+  wheels_[1].drive(right);
+}
+
+WheelEncoders::Stats EdgeEncoders::stats() const {
+  return {wheels_[0].edges() + wheels_[1].edges(), wheels_[0].lost() + wheels_[1].lost()};
+}
+
+}  // namespace nacelle::diff_drive
