@@ -7,7 +7,9 @@
 #include <string_view>
 
 #include "camera/protocol/calibration_fault.hpp"
+#include "camera/protocol/camera_info_writer.hpp"
 #include "camera/protocol/camera_info_yaml.hpp"
+#include "nacelle/base/file_fault.hpp"
 #include "nacelle/base/files.hpp"
 
 namespace nacelle::camera {
@@ -33,6 +35,9 @@ Result<std::string, Problem> calibration_text(const std::string& path) {
                        text.error().way_out, text.error().code, path});
   return text;
 }
+
+/// The file was made for set_camera_info to fill.
+bool is_to_come(std::string_view text) { return text.find_first_not_of(" \t\r\n") == std::string_view::npos; }
 
 sensor_msgs::msg::CameraInfo size_alone(const CaptureFormat& format) {
   sensor_msgs::msg::CameraInfo info;
@@ -82,6 +87,7 @@ Result<void, Problem> check_calibration(const std::string& url) {
   if (!path) return err(path.error());
   const auto text = calibration_text(*path);
   if (!text) return err(text.error());
+  if (is_to_come(*text)) return {};
   const auto calibration = parse_camera_info(*text, *path);
   if (!calibration) return err(calibration.error());
   return {};
@@ -93,6 +99,12 @@ Result<StreamInfo, Problem> stream_info(const std::string& url, const CaptureFor
   if (!path) return err(path.error());
   const auto text = calibration_text(*path);
   if (!text) return err(text.error());
+  if (is_to_come(*text)) {
+    return StreamInfo{size_alone(format),
+                      fmt::format("{} is empty: camera_info is without a calibration until the service "
+                                  "set_camera_info is called",
+                                  *path)};
+  }
   auto calibration = parse_camera_info(*text, *path);
   if (!calibration) return err(calibration.error());
   const auto& info = calibration->info;
@@ -102,6 +114,27 @@ Result<StreamInfo, Problem> stream_info(const std::string& url, const CaptureFor
                                   *path, info.width, info.height, format.width, format.height)};
   }
   return StreamInfo{info, {}};
+}
+
+Result<std::string, Problem> store_calibration(const std::string& url, const CaptureFormat& format,
+                                               const sensor_msgs::msg::CameraInfo& info) {
+  if (url.empty()) {
+    return err(Problem{Place::of_parameter("camera_info_url"), "is empty, so there is no file for a calibration",
+                       "name a file that the robot's user may write, as in file:///var/lib/nacelle/front.yaml, and "
+                       "create it empty",
+                       CalibrationFault::NoFile});
+  }
+  auto path = calibration_path(url, format.camera_name);
+  if (!path) return path;
+  if (auto fine = check_camera_info(info, format.width, format.height); !fine) return err(fine.error());
+  const std::string text = camera_info_yaml({format.camera_name, info});
+  if (auto written = write_whole_file(*path, text); !written) {
+    Problem problem = written.error();
+    if (problem.code == FileFault::NotPermitted)
+      problem.way_out += " a robot that is a service may write to /var/lib/nacelle only, with StateDirectory=nacelle";
+    return err(std::move(problem));
+  }
+  return path;
 }
 
 }  // namespace nacelle::camera

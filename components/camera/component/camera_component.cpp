@@ -9,6 +9,7 @@
 #include "camera/component/calibration.hpp"
 #include "camera/port/pattern_source.hpp"
 #include "camera/port/v4l2_capture.hpp"
+#include "nacelle/base/expect.hpp"
 #include "nacelle/qos/presets.hpp"
 
 namespace nacelle::camera {
@@ -42,6 +43,11 @@ CameraComponent::CameraComponent(const NodeOptions& options, PortMaker make_port
     compressed_ = create_publisher<sensor_msgs::msg::CompressedImage>("~/image_raw/compressed", SensorDataQoS(QoS(2)));
   }
   infos_ = create_publisher<sensor_msgs::msg::CameraInfo>("~/camera_info", SensorDataQoS(QoS(2)));
+  using sensor_msgs::srv::SetCameraInfo;
+  set_camera_info_ = create_service<SetCameraInfo>(
+      "~/set_camera_info", [this](const SetCameraInfo::Request& request, SetCameraInfo::Response& response) {
+        set_camera_info(request, response);
+      });
 }
 
 CallbackReturn CameraComponent::on_configure(const State&) {
@@ -88,6 +94,19 @@ CallbackReturn CameraComponent::on_configure(const State&) {
   get_logger().info("{}: {}x{} {} as {}", format.camera_name, format.width, format.height, to_text(format.pixel_format),
                     setup->output->encoding);
   return CallbackReturn::SUCCESS;
+}
+
+void CameraComponent::set_camera_info(const sensor_msgs::srv::SetCameraInfo::Request& request,
+                                      sensor_msgs::srv::SetCameraInfo::Response& response) {
+  NACELLE_EXPECT(loop_ != nullptr, "the host answers requests of active nodes only");
+  const auto stored = loop_->set_calibration(request.camera_info);
+  response.success = stored.has_value();
+  response.status_message = stored ? "stored in " + *stored : stored.error().text();
+  if (stored) {
+    get_logger().info("calibration: {}", std::string_view{response.status_message});
+  } else {
+    get_logger().warn("calibration refused: {}", std::string_view{response.status_message});
+  }
 }
 
 // Absent is not the same as unusable: rights, another program or a wrong node are not mended by waiting.

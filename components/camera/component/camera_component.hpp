@@ -17,10 +17,12 @@
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/mutex.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
+#include "sensor_msgs/srv/set_camera_info.hpp"
 
 namespace nacelle::camera {
 
 /// Publishes the images of a V4L2 camera, or a test pattern (video_device: pattern), on ~/image_raw and ~/camera_info.
+/// Serves ~/set_camera_info while active, as camera_info_manager does.
 ///
 /// JPEGs (pixel_format MJPG or JPEG) are also published as they come, on ~/image_raw/compressed, and decoded while ~/image_raw has a reader.
 /// Parameters have v4l2_camera's names (camera_options.hpp), one more per control of the device. on_configure opens the
@@ -60,6 +62,8 @@ class CameraComponent final : public LifecycleNode {
   void undeclare_controls();
   void apply_controls();
   SetParametersResult set_controls(const std::vector<Parameter>& parameters);
+  void set_camera_info(const sensor_msgs::srv::SetCameraInfo::Request& request,
+                       sensor_msgs::srv::SetCameraInfo::Response& response);
   CallbackReturn let_go();
   void run();
   void stop_thread();
@@ -76,6 +80,7 @@ class CameraComponent final : public LifecycleNode {
   std::shared_ptr<Publisher<sensor_msgs::msg::Image>> images_;
   std::shared_ptr<Publisher<sensor_msgs::msg::CompressedImage>> compressed_;  ///< Null if no JPEGs are asked for.
   std::shared_ptr<Publisher<sensor_msgs::msg::CameraInfo>> infos_;
+  std::shared_ptr<Service<sensor_msgs::srv::SetCameraInfo>> set_camera_info_;
   OnSetParametersCallbackHandle::SharedPtr on_set_;
   DeviceOptions device_;
   std::unique_ptr<DeviceWatch> watch_;  ///< Null: of a pattern.

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "camera/component/calibration.hpp"
+#include "camera/protocol/calibration_fault.hpp"
 
 namespace nacelle::camera {
 
@@ -12,6 +13,7 @@ Result<void, Problem> CaptureLoop::open() {
   auto format = around_.port.open(settings_.wish);
   if (!format) return err(format.error());
   auto maker = ImageMaker::make(*format, *settings_.output);
+  const LockGuard lock{calibration_};
   auto info = stream_info(settings_.camera_info_url, *format);
   if (!maker || !info) {
     around_.port.close();
@@ -22,11 +24,27 @@ Result<void, Problem> CaptureLoop::open() {
   format_ = std::move(*format);
   if (around_.watch != nullptr) around_.watch->expect_every(format_.frame_period);
   maker_ = std::make_unique<ImageMaker>(std::move(*maker));
-  info_ = info->info;
-  info_.header.frame_id = settings_.frame_id;
+  calibrated_ = format_;
+  info->info.header.frame_id = settings_.frame_id;
+  *info_.lock() = std::move(info->info);
   away_ = false;
   open_.store(true, std::memory_order_release);
   return {};
+}
+
+Result<std::string, Problem> CaptureLoop::set_calibration(const sensor_msgs::msg::CameraInfo& info) {
+  const LockGuard lock{calibration_};
+  if (calibrated_.width == 0) {
+    return err(Problem{settings_.wish.device, "was not opened yet, so the size of its images is not known",
+                       "call again when there are images", CalibrationFault::NoStream});
+  }
+  auto path = store_calibration(settings_.camera_info_url, calibrated_, info);
+  if (!path) return path;
+  auto shown = info_.lock();
+  *shown = info;
+  shown->header = {};
+  shown->header.frame_id = settings_.frame_id;
+  return path;
 }
 
 Result<void, Problem> CaptureLoop::start() {
@@ -95,7 +113,7 @@ void CaptureLoop::publish(const Frame& frame) {
     ++stats_.lock()->no_message;
     return;
   }
-  *info = info_;
+  *info = *info_.lock();
   info->header.stamp = (settings_.use_capture_time ? frame.captured : frame.received) + settings_.stamp_offset;
   const auto stamp = info->header.stamp;
   auto outcome = ImageMaker::Outcome::Undecodable;

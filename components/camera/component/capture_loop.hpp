@@ -11,6 +11,7 @@
 #include "camera/port/capture_port.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/log.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/io/backoff.hpp"
 #include "nacelle/node/device_watch.hpp"
 #include "nacelle/node/publisher.hpp"
@@ -81,6 +82,12 @@ class CaptureLoop {
   Turn turn(MonotonicTime deadline);
   [[nodiscard]] MonotonicTime resume_at() const { return resume_at_; }
 
+  /// Stores a calibration in the file of camera_info_url, and publishes it from the next frame on. Returns the file's path. Blocks
+  /// until the disk has the file, the stream does not.
+  /// Errors: as store_calibration(), and CalibrationFault::NoStream before the first open(); the earlier calibration stays.
+  /// Threads: any.
+  [[nodiscard]] Result<std::string, Problem> set_calibration(const sensor_msgs::msg::CameraInfo& info);
+
   [[nodiscard]] CaptureLoopStats stats() const { return *stats_.lock(); }
   [[nodiscard]] const CaptureFormat& format() const { return format_; }
 
@@ -95,7 +102,10 @@ class CaptureLoop {
   const Settings settings_;
   CaptureFormat format_;
   std::unique_ptr<ImageMaker> maker_;
-  sensor_msgs::msg::CameraInfo info_;
+  Mutex calibration_;  ///< Held while the file is read or written, so that the two cannot cross.
+  CaptureFormat calibrated_
+      NACELLE_GUARDED_BY(calibration_);  ///< format_ for set_calibration(); no width: not known yet.
+  Guarded<sensor_msgs::msg::CameraInfo> info_;
   Loan<sensor_msgs::msg::Image> image_;  ///< Borrowed before the frame comes, for ports that draw into it.
   std::atomic<bool> open_{false};
   bool away_ = false;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "camera/protocol/calibration_fault.hpp"
+#include "camera/protocol/distortion_model.hpp"
 #include "nacelle/qos/yaml_tree.hpp"
 
 namespace nacelle::camera {
@@ -85,14 +86,11 @@ class Reader {
   bool distortion(const YamlNode& root, sensor_msgs::msg::CameraInfo& info) {
     const YamlNode* const model = root.find("distortion_model");
     info.distortion_model = model == nullptr ? "plumb_bob" : model->text;
-    std::size_t wanted = 0;
-    if (info.distortion_model == "plumb_bob") wanted = 5;
-    if (info.distortion_model == "rational_polynomial") wanted = 8;
-    if (info.distortion_model == "equidistant") wanted = 4;
+    const std::size_t wanted = coefficients_of(info.distortion_model);
     if (wanted == 0) {
       return fail(CalibrationFault::UnknownModel, model != nullptr ? model->line : 0, info.distortion_model,
                   "distortion_model '" + info.distortion_model + "' is not known",
-                  suggestion(info.distortion_model, {"plumb_bob", "rational_polynomial", "equidistant"}));
+                  suggestion(info.distortion_model, distortion_model_names()));
     }
     const YamlNode* const map = required(root, "distortion_coefficients");
     if (map == nullptr) return false;
@@ -107,14 +105,14 @@ class Reader {
   bool region(const YamlNode& root, sensor_msgs::msg::CameraInfo& info) {
     for (const auto& [name, to] : {std::pair{"binning_x", &info.binning_x}, std::pair{"binning_y", &info.binning_y}}) {
       const YamlNode* const node = root.find(name);
-      if (node != nullptr && !natural(*node, name, *to, 1000)) return false;
+      if (node != nullptr && !natural(*node, name, *to, kMostBinning)) return false;
     }
     const YamlNode* const roi = root.find("roi");
     if (roi == nullptr || roi->is_null()) return true;
     for (const auto& [name, to] : {std::pair{"x_offset", &info.roi.x_offset}, std::pair{"y_offset", &info.roi.y_offset},
                                    std::pair{"height", &info.roi.height}, std::pair{"width", &info.roi.width}}) {
       const YamlNode* const node = required(*roi, name);
-      if (node == nullptr || !natural(*node, std::string("roi.") + name, *to, kMostPixels)) return false;
+      if (node == nullptr || !natural(*node, std::string("roi.") + name, *to, kMostCalibratedPixels)) return false;
     }
     const YamlNode* const rectify = required(*roi, "do_rectify");
     if (rectify == nullptr) return false;
@@ -130,7 +128,7 @@ class Reader {
     for (const auto& [name, side] :
          {std::pair{"image_width", &to.info.width}, std::pair{"image_height", &to.info.height}}) {
       const YamlNode* const node = required(root, name);
-      if (node == nullptr || !natural(*node, name, *side, kMostPixels)) return false;
+      if (node == nullptr || !natural(*node, name, *side, kMostCalibratedPixels)) return false;
     }
     const YamlNode* const name = root.find("camera_name");
     to.camera_name = name == nullptr ? "unknown" : name->text;
@@ -140,7 +138,6 @@ class Reader {
   }
 
  private:
-  static constexpr std::uint32_t kMostPixels = 65535;
   std::string file_;
   Problem problem_;
 };

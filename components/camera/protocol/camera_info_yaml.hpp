@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -9,6 +10,9 @@
 #include "sensor_msgs/msg/camera_info.hpp"
 
 namespace nacelle::camera {
+
+/// Limits of what a calibration may say: of a side or an offset in pixels, and of a binning.
+inline constexpr std::uint32_t kMostCalibratedPixels = 65535, kMostBinning = 1000;
 
 /// A calibration file's content.
 struct Calibration {
