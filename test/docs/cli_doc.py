@@ -323,6 +323,11 @@ ELSEWHERE = {
     "container --name lab --resume": Example("container --name lab --resume", ends=2),
     "launch launch/robot.launch.yaml sim:=true network:=local --report report.json":
         Example("launch launch/robot.launch.yaml sim_dir:=local-sim namespace:=local network:=local --report report.json --name local", ends=6),
+    # The robot here has no such node; that of test/system/controllers_test.py has.
+    "service call /controller_manager/switch_controller controller_manager_msgs/srv/SwitchController "
+    "{activate_controllers: [diff_drive_controller], strictness: 2}":
+        Example("service call /controller_manager/switch_controller controller_manager_msgs/srv/SwitchController "
+                "'{activate_controllers: [diff_drive_controller], strictness: 2}'", exit_codes=(1,)),
     # Of a machine that may have no systemd, and no such service.
     "service status": Example("service status", exit_codes=(0, 1, 3, 4)),
     "service logs --follow --component /lidar": Example("service logs --component /lidar", exit_codes=(0, 1)),
