@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <controller_manager_msgs/srv/cleanup_controller.hpp>
 #include <controller_manager_msgs/srv/configure_controller.hpp>
@@ -12,6 +13,7 @@
 #include <controller_manager_msgs/srv/load_controller.hpp>
 #include <controller_manager_msgs/srv/reload_controller_libraries.hpp>
 #include <controller_manager_msgs/srv/unload_controller.hpp>
+#include <thread>
 
 #include "../port/base_rig.hpp"
 #include "diff_drive/component/diff_drive_component.hpp"
@@ -393,6 +395,37 @@ TEST_F(ControllerManagerTest, a_hundred_switches_while_driving_end_as_the_last_o
     board_.lines.clear();
     ASSERT_TRUE(switch_to({kDrive, kJoints}, {}).ok) << i;
   }
+  EXPECT_EQ(state_of(kDrive), "active");
+  EXPECT_EQ(state_of(kJoints), "active");
+  EXPECT_TRUE(context_.faults().empty());
+}
+
+// As in a container, where the services' node has callbacks while a transition of the base takes its time.
+TEST_F(ControllerManagerTest, switches_beside_transitions_of_the_base_end_as_the_last_one_says) {
+  auto given = options("loopback");
+  given.append_parameter_override("update_rate", 500.0);
+  DiffDriveComponent drive{given};
+  activate(drive);
+  constexpr auto kBestEffort = srv::SwitchController::Request::BEST_EFFORT;
+  std::atomic<bool> ends{false};
+  std::atomic<int> rounds{0};
+  std::thread orders{[&] {
+    while (!ends.load()) {
+      static_cast<void>(switch_to({}, {kDrive, kJoints}, kBestEffort));
+      static_cast<void>(state_of(kDrive));
+      static_cast<void>(switch_to({kDrive, kJoints}, {}, kBestEffort));
+      ++rounds;
+    }
+  }};
+  for (int i = 0; i < 50 || rounds.load() < 20; ++i) {
+    EXPECT_TRUE(drive.trigger(Transition::Deactivate).success);
+    EXPECT_TRUE(drive.trigger(Transition::Cleanup).success);
+    EXPECT_TRUE(drive.trigger(Transition::Configure).success);
+    EXPECT_TRUE(drive.trigger(Transition::Activate).success);
+  }
+  ends.store(true);
+  orders.join();
+  EXPECT_TRUE(switch_to({kDrive, kJoints}, {}, kBestEffort).ok);
   EXPECT_EQ(state_of(kDrive), "active");
   EXPECT_EQ(state_of(kJoints), "active");
   EXPECT_TRUE(context_.faults().empty());
