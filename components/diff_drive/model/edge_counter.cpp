@@ -8,7 +8,7 @@ void EdgeCounter::begin(bool a, bool b) {
   b_ = {b};
 }
 
-void EdgeCounter::edge(Channel channel, bool level, std::uint32_t number, MonotonicTime at) {
+void EdgeCounter::edge(Channel channel, bool level, std::uint32_t number, MonotonicTime at, bool is_merged) {
   Line& line = channel == Channel::A ? a_ : b_;
   const std::uint32_t missing = number - line.number - 1U;
   line.number = number;
@@ -21,7 +21,11 @@ void EdgeCounter::edge(Channel channel, bool level, std::uint32_t number, Monoto
   line.is_known = true;
   // Behind an odd number of missing edges the level is the one that was known, and the edge counts all the same. Without any, a spike
   // was too short for its second edge.
-  if (!is_new && missing == 0) return;
+  if (!is_new && missing == 0) {
+    if (!is_merged) return;
+    ++lost_;
+    count_ += direction_;
+  }
   if (has_b_ && a_.is_known && b_.is_known) direction_ = (channel == Channel::A) == (a_.level != b_.level) ? 1 : -1;
   count_ += direction_;
   edge_at_ = at;
