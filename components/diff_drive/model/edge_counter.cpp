@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diff_drive/model/edge_counter.hpp"
 
+#include <cstdint>
+
 namespace nacelle::diff_drive {
 
 void EdgeCounter::begin(bool a, bool b) {
@@ -10,7 +12,9 @@ void EdgeCounter::begin(bool a, bool b) {
 
 void EdgeCounter::edge(Channel channel, bool level, std::uint32_t number, MonotonicTime at, bool is_merged) {
   Line& line = channel == Channel::A ? a_ : b_;
-  const std::uint32_t missing = number - line.number - 1U;
+  const std::uint32_t ahead = number - line.number - 1U;
+  // A number of before is none that is ahead by almost all there are.
+  const std::uint32_t missing = ahead > INT32_MAX ? 0U : ahead;
   line.number = number;
   lost_ += missing;
   count_ += direction_ * static_cast<std::int64_t>(missing);

@@ -43,6 +43,8 @@ bool EdgeEncoders::read(WheelCount& left, WheelCount& right) {
   }
   const std::span<io::GpioEdge> all{edges_.data(), taken};
   std::sort(all.begin(), all.end(), [this](const io::GpioEdge& one, const io::GpioEdge& other) {
+    // Two edges of a line may have one number in the request, as the kernel wrote it twice; never those of two lines.
+    if (one.sequence == other.sequence) return static_cast<std::int32_t>(one.number - other.number) < 0;
     return since(one, sequence_) < since(other, sequence_);
   });
   for (const io::GpioEdge& edge : all) count(edge);
