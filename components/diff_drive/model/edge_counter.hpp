@@ -21,8 +21,9 @@ class EdgeCounter {
 
   /// The levels now, without a count: at the beginning, or after the lines were away. Numbers begin anew.
   void begin(bool a, bool b);
-  /// An edge: its new level, its time, and its number on its channel.
-  void edge(Channel channel, bool level, std::uint32_t number, MonotonicTime at);
+  /// An edge: its new level, its time, and its number on its channel. `is_merged`: it may stand for several; then a level that has not changed
+  /// stands for two.
+  void edge(Channel channel, bool level, std::uint32_t number, MonotonicTime at, bool is_merged = false);
   /// Edges may be missing, of either channel: until there was one of both, the direction is taken to be as before.
   void gap() { a_.is_known = b_.is_known = false; }
   /// The direction of the motor, for an encoder of one channel; 0: as before.

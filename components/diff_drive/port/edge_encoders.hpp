@@ -30,10 +30,12 @@ class EdgeEncoders final : public WheelEncoders {
 
  private:
   bool begin();
+  void count(const io::GpioEdge& edge);
 
   const std::unique_ptr<io::GpioInputs> lines_;
   const unsigned lines_a_wheel_;
   std::array<EdgeCounter, 2> wheels_;
+  std::array<io::GpioEdge, io::GpioInputs::kKept> edges_{};
   std::uint32_t sequence_ = 0;
 };
 

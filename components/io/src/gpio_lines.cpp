@@ -105,8 +105,8 @@ class KernelInputs final : public GpioInputs {
  private:
   const GpioRequest request_;
   Descriptor lines_;
-  std::array<gpio_v2_line_event, 64> events_{};
-  std::array<GpioEdge, 64> edges_{};
+  std::array<gpio_v2_line_event, kBatch> events_{};
+  std::array<GpioEdge, kBatch> edges_{};
 };
 
 }  // namespace

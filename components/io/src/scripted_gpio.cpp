@@ -2,6 +2,7 @@
 #include "nacelle/io/scripted_gpio.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace nacelle::io {
 
@@ -11,6 +12,17 @@ void ScriptedInputs::set(unsigned line, bool high, MonotonicTime at) {
   levels_ ^= bit;
   edges_.push_back({line, high, at, ++numbers_.at(line), ++sequence_});
   if (edges_.size() > kept) edges_.pop_front();
+}
+
+void ScriptedInputs::swap_last_two() { std::swap(edges_.at(edges_.size() - 1), edges_.at(edges_.size() - 2)); }
+
+void ScriptedInputs::merge_last_two() {
+  const GpioEdge second = edges_.back();
+  edges_.pop_back();
+  const std::uint32_t number = edges_.back().number;
+  edges_.back() = second;
+  edges_.back().number = number;
+  --numbers_.at(second.line);
 }
 
 std::optional<std::uint64_t> ScriptedInputs::levels() { return is_lost ? std::nullopt : std::optional{levels_}; }

@@ -27,9 +27,11 @@ struct GpioEdge {
   unsigned line = 0;  ///< Index into GpioRequest::lines.
   bool rising = false;
   MonotonicTime at{};  ///< When the kernel saw it.
-  // Both count from 1 on, and wrap; they count lost edges, too.
-  std::uint32_t number = 0;    ///< Of all edges of the line.
-  std::uint32_t sequence = 0;  ///< Of all edges of the request.
+  // Both count from 1 on, and wrap; they count edges that were dropped since the memory was full, too.
+  std::uint32_t number = 0;  ///< Of all edges of the line.
+  /// Of all edges of the request, by the time of their interrupts: the kernel may hand over edges of different lines in another order. Two edges
+  /// of a line in so short a time that the kernel makes one of them have a gap before them.
+  std::uint32_t sequence = 0;
 };
 
 /// Output lines. They are low from the request on.
@@ -60,10 +62,11 @@ class GpioInputs {
   virtual ~GpioInputs() = default;
 
   static constexpr std::size_t kKept = 1024;
+  static constexpr std::size_t kBatch = 64;  ///< take() hands over so many at most.
 
   /// Returns the levels: bit i is the i-th line of the request. Nothing: the chip is gone.
   [[nodiscard]] virtual std::optional<std::uint64_t> levels() = 0;
-  /// Returns edges that have come, in their order; empty if there are no more. Valid until the next call. Nothing: the chip is gone. Does not wait.
+  /// Returns edges that have come, those of each line in their order; empty if there are no more. Valid until the next call. Nothing: the chip is gone. Does not wait.
   [[nodiscard]] virtual std::optional<std::span<const GpioEdge>> take() = 0;
   /// As GpioOutputs::reopen(). Numbers begin anew.
   [[nodiscard]] virtual bool reopen() = 0;

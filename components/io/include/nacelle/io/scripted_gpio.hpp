@@ -32,6 +32,11 @@ class ScriptedInputs final : public GpioInputs {
   /// Sets the level of a line; an edge if it is another one.
   void set(unsigned line, bool high, MonotonicTime at);
 
+  /// The last two edges, of different lines, are handed over in the wrong order: threads of the kernel overtook each other.
+  void swap_last_two();
+  /// The last two edges, of one line, are handed over as one: its interrupt came again before the kernel had looked.
+  void merge_last_two();
+
   std::optional<std::uint64_t> levels() override;
   std::optional<std::span<const GpioEdge>> take() override;
   bool reopen() override;
@@ -44,7 +49,7 @@ class ScriptedInputs final : public GpioInputs {
   std::deque<GpioEdge> edges_;
   std::array<std::uint32_t, 64> numbers_{};
   std::uint32_t sequence_ = 0;
-  std::array<GpioEdge, 64> taken_{};
+  std::array<GpioEdge, kBatch> taken_{};
 };
 
 }  // namespace nacelle::io

@@ -96,11 +96,18 @@ TEST(EdgeCounter, lost_edges_are_counted_in_the_last_direction) {
 
 TEST(EdgeCounter, numbers_wrap) {
   EdgeCounter counter{false};
-  counter.edge(Channel::A, true, 1, {});
+  counter.edge(Channel::A, true, 0x70000000, {});
+  counter.edge(Channel::A, false, 0xE0000000, {});
+  counter.edge(Channel::A, true, 0xFFFFFFFE, {});
   const std::uint64_t lost = counter.lost();
+  const std::int64_t count = counter.count();
   counter.edge(Channel::A, false, 0xFFFFFFFF, {});
   counter.edge(Channel::A, true, 0, {});
-  EXPECT_EQ(counter.lost() - lost, 0xFFFFFFFDU);
+  counter.edge(Channel::A, false, 2, {});
+  EXPECT_EQ(counter.lost() - lost, 1U);
+  EXPECT_EQ(counter.count() - count, 4);
+  counter.edge(Channel::A, true, 2, {});
+  EXPECT_EQ(counter.lost() - lost, 1U) << "the same number again is no 4 billion edges";
 }
 
 TEST(EdgeCounter, one_channel_counts_in_the_direction_of_the_motor) {
