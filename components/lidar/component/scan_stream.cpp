@@ -26,6 +26,7 @@ ScanStream::ScanStream(const LidarOptions& options, const Clock& clock, io::Byte
       logger_(logger),
       watch_(watch),
       protocol_(make_protocol(options)),
+      arrival_(protocol_->knows_its_rate() ? io::ArrivalFilter::Steps::Steady : io::ArrivalFilter::Steps::Nominal),
       assembler_(options.scan) {}
 
 void ScanStream::on_bytes(ByteView bytes, MonotonicTime received) {
@@ -71,7 +72,7 @@ void ScanStream::report() {
 }
 
 void ScanStream::publish(const Scan& scan) {
-  if (!active_.load(std::memory_order_relaxed)) return;
+  if (!active_.load(std::memory_order_relaxed) || !arrival_.is_settled()) return;
   auto message = publisher_->borrow();
   if (!message) return;  // every pooled scan is still being read; the publisher counted it
   const auto points = static_cast<double>(scan.ranges_m.size());

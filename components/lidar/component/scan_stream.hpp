@@ -72,7 +72,7 @@ class ScanStream final : public io::ByteSink, private SweepSink {
   DeviceWatch& watch_;
 
   std::unique_ptr<LidarProtocol> protocol_;
-  io::ArrivalFilter arrival_{io::ArrivalFilter::Steps::Steady};
+  io::ArrivalFilter arrival_;
   ScanAssembler assembler_;
   MonotonicTime received_{};       ///< When the chunk came that is being read.
   MonotonicTime patient_until_{};  ///< A motor that was started needs time before the first frame.

@@ -33,6 +33,8 @@ class LidarProtocol {
   [[nodiscard]] virtual LineStats stats() const = 0;
   /// Bytes that wait for the rest of their packet.
   [[nodiscard]] virtual std::size_t pending() const = 0;
+  /// False if the points' rate is known from a data sheet only, and is to be measured.
+  [[nodiscard]] virtual bool knows_its_rate() const { return true; }
 
   // A device that sends as long as it has power, such as an LD06, needs none of the following.
 

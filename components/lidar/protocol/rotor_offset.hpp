@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "lidar/protocol/sweep.hpp"
 
@@ -25,7 +24,9 @@ class RotorOffset {
     }
     // 8 deg is what the makers' formulas have for a far wall.
     const double mean_deg = std::clamp(sum_deg / static_cast<double>(beams.size()), 0.0, 8.0);
-    offset_deg_ = std::exchange(is_learnt_, true) ? offset_deg_ + (mean_deg - offset_deg_) / kSweeps : mean_deg;
+    // At first the plain mean of all sweeps: one of them sees one wall only.
+    count_ = std::min(count_ + 1, kSweeps);
+    offset_deg_ += (mean_deg - offset_deg_) / count_;
   }
   /// The rotor's angle as that of a usual beam, in [0, 360).
   [[nodiscard]] double seen_from(double rotor_deg) const {
@@ -34,9 +35,9 @@ class RotorOffset {
   }
 
  private:
-  static constexpr double kSweeps = 1024.0;
+  static constexpr int kSweeps = 1024;
   double offset_deg_;
-  bool is_learnt_ = false;
+  int count_ = 0;  ///< Sweeps so far, up to kSweeps.
 };
 
 }  // namespace nacelle::lidar

@@ -51,15 +51,18 @@ void YdlidarProtocol::measure(const YdlidarPacket& packet, std::size_t bytes_aft
   }
   const std::span<const Beam> beams{beams_.data(), packet.count};
   // A packet that claims more than half a turn has wrong angles, a single sample says nothing about the speed.
+  const double step_before_deg = step_deg_;
   if (span_deg < 180.0 && count > 8) {
     step_deg_ = step_deg;
     offset_.learn(beams, packet.first_deg, step_deg);
   }
   std::int64_t steps = count;
-  if (packet.skipped_bytes > 0 && step_deg_ > 1e-3 && last_deg_ >= 0.0) {
-    // The rotor says how many samples were lost.
-    const double turned_deg = std::fmod(packet.last_deg - last_deg_ + 360.0, 360.0);
-    steps = std::max(count, static_cast<std::int64_t>(std::llround(turned_deg / step_deg_)));
+  if (packet.skipped_bytes > 0 && step_before_deg > 1e-3 && last_deg_ >= 0.0) {
+    // The rotor says how many samples were lost. Between two packets its speed changes evenly: its mean counts.
+    double turned_deg = std::fmod(packet.first_deg - last_deg_ + 360.0, 360.0);
+    if (turned_deg > 359.0) turned_deg = 0.0;  // a step back is noise
+    const double mean_step_deg = (step_before_deg + step_deg_) / 2.0;
+    steps = std::max(count, count - 1 + static_cast<std::int64_t>(std::llround(turned_deg / mean_step_deg)));
   }
   sink.on_sweep({.beams = beams,
                  .first_rotor_deg = offset_.seen_from(packet.first_deg),

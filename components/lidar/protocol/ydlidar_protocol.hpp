@@ -23,6 +23,7 @@ class YdlidarProtocol final : public LidarProtocol {
   void restart() override;
   [[nodiscard]] LineStats stats() const override;
   [[nodiscard]] std::size_t pending() const override { return packets_.pending() + answers_.pending(); }
+  [[nodiscard]] bool knows_its_rate() const override { return false; }
   [[nodiscard]] bool is_commanded() const override { return is_commanded_; }
   void want(bool measuring) override { wanted_ = measuring; }
   [[nodiscard]] std::optional<LineAction> next_action(MonotonicTime now) override;

@@ -49,6 +49,39 @@ TEST(ArrivalFilter, follows_a_device_whose_clock_runs_off) {
   }
 }
 
+TEST(ArrivalFilter, is_settled_when_a_rate_that_only_a_data_sheet_gives_is_measured) {
+  for (const double error : {-0.03, -1e-4, 1e-4, 0.03}) {
+    const unsigned seed = 13;
+    std::mt19937 random{seed};
+    ArrivalFilter filter{ArrivalFilter::Steps::Nominal};
+    MonotonicTime device{1s}, settled_at{};
+    Duration earliest = Duration::max(), latest = Duration::min();
+    for (int i = 0; i < 3000; ++i) {
+      const MonotonicTime settled = filter.settle(device + Duration{random() % 3'000'000}, 0ms, 10ms);
+      if (filter.is_settled()) {
+        if (settled_at == MonotonicTime{}) settled_at = device;
+        earliest = std::min(earliest, settled - device);
+        latest = std::max(latest, settled - device);
+      }
+      device += from_seconds(0.010 * (1.0 + error));
+    }
+    EXPECT_LT(settled_at, MonotonicTime{1s} + 5s) << error;
+    EXPECT_LT(latest - earliest, 1ms) << error << ", seed " << seed;
+  }
+}
+
+TEST(ArrivalFilter, takes_a_rate_that_cannot_be_measured_as_it_is) {
+  ArrivalFilter filter{ArrivalFilter::Steps::Nominal};
+  MonotonicTime device{1s};
+  int samples = 0;
+  for (; !filter.is_settled() && samples < 1000; ++samples) {
+    // A gap after each half second: no two windows are whole.
+    device += samples % 50 == 0 ? 300ms : 10ms;
+    static_cast<void>(filter.settle(device, 0ms, 10ms));
+  }
+  EXPECT_NEAR(samples, 500, 5);
+}
+
 TEST(ArrivalFilter, keeps_the_place_of_each_sample_in_a_burst_that_waited_for_the_thread) {
   constexpr Duration kOnLine = 5ms;
   for (const Duration away : {90ms, 250ms, 600ms, 900ms}) {

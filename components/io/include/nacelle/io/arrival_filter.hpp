@@ -25,14 +25,18 @@ class ArrivalFilter {
   enum class Steps : std::uint8_t {
     Rough,   ///< From figures such as a motor's speed: a step may take 1/kCreep longer than it says.
     Steady,  ///< Counted by a quartz, perhaps with a rate that is only roughly known: that is learnt, second by second.
+    Nominal  ///< The same, with a rate that only a data sheet gives: it is measured first, see is_settled().
   };
   explicit ArrivalFilter(Steps steps = Steps::Rough)
-      : creep_(steps == Steps::Steady ? kQuartzCreep : kCreep), learns_(steps == Steps::Steady) {}
+      : creep_(steps == Steps::Rough ? kCreep : kQuartzCreep),
+        learns_(steps != Steps::Rough),
+        is_nominal_(steps == Steps::Nominal) {}
 
   /// `read`: when the sample was read. `on_line`: how long before that it left the device at the least. `step`: the
   /// device's own time since the sample before.
   MonotonicTime settle(MonotonicTime read, Duration on_line, Duration step) {
     const Duration said = step;
+    if (is_nominal_ && !is_rated_) learning_ += said;
     if (learns_ && step > Duration::zero())
       step += Duration{static_cast<std::int64_t>(static_cast<double>(step.count()) * rate_error_)};
     const MonotonicTime received = read - on_line;
@@ -46,7 +50,7 @@ class ArrivalFilter {
       // After a loss was believed too late time still goes forward: at half the pace.
       last_ = std::max(expected + std::min(late, std::max(step / creep_, Duration{1})), last_ + step / 2);
       very_late_ = 0;
-      if (learns_) learn(received, said);
+      if (learns_) learn(received, is_nominal_ ? step : said);
     } else {
       if (very_late_ == 0) first_very_late_ = read;
       const bool in_a_burst = very_late_ == 0 || read - first_very_late_ < very_late_ * step * 3 / 4;
@@ -56,6 +60,11 @@ class ArrivalFilter {
     }
     started_ = true;
     return last_;
+  }
+  /// False while the rate of nominal steps is measured, which takes a second or two: times are some milliseconds off until then. A rate
+  /// that cannot be measured is taken as it is after kLongestLearning.
+  [[nodiscard]] bool is_settled() const {
+    return !is_nominal_ || learning_ > kLongestLearning || (is_rated_ && settling_ <= Duration{});
   }
   /// Forgets the pace: the line was opened again. What was learnt about its rate stays.
   void restart() {
@@ -72,6 +81,8 @@ class ArrivalFilter {
   /// The rate of steady steps is learnt over this time; a lateness that lasts for half of it is believed.
   static constexpr Duration kWindow = 1s;
   static constexpr Duration kLasting = 600us;
+  /// The rate of nominal steps is measured over two of these, again and again until it agrees with the one before; or for so long.
+  static constexpr Duration kFirstWindow = 500ms, kLongestLearning = 5s;
   /// Rate errors of two windows that agree.
   static constexpr double kAgreement = 1e-3;
   /// A device that is farther from its nominal rate is another device.
@@ -92,14 +103,16 @@ class ArrivalFilter {
   void learn(MonotonicTime received, Duration step) {
     paced_ += step;
     window_ += step;
+    if (is_rated_) settling_ -= step;
     const Duration behind = received.since_origin - paced_;
     least_ = std::min(least_, behind);
     if (window_ > kWindow / 2) least_late_ = std::min(least_late_, received - last_);
-    if (window_ < kWindow) return;
+    if (window_ < (is_nominal_ && !is_rated_ ? kFirstWindow : kWindow)) return;
     if (before_ != Duration::max()) {
       const double error = static_cast<double>((least_ - before_).count()) / static_cast<double>(window_.count());
+      if (is_nominal_ && !correct_nominal(error)) return;
       // A step that was counted wrong after a loss spoils one window; two that agree are believed.
-      if (std::abs(error - last_error_) < kAgreement) {
+      if (!is_nominal_ && std::abs(error - last_error_) < kAgreement) {
         rate_error_ =
             std::clamp(rate_error_ + (error - rate_error_) / (is_rated_ ? 4.0 : 1.0), -kMostRateError, kMostRateError);
         is_rated_ = true;
@@ -111,12 +124,27 @@ class ArrivalFilter {
     least_ = least_late_ = Duration::max();
     window_ = Duration{};
   }
+  // `error` is that of the rate in force, since `paced_` has it. Returns whether the windows go on.
+  bool correct_nominal(double error) {
+    const bool agrees = std::abs(error) < kAgreement;
+    if (is_rated_ && !agrees) return true;  // a step that was counted wrong after a loss
+    // A rate that agrees at once is exact, and better than what two windows measure.
+    const bool is_exact = agrees && !is_rated_ && rate_error_ == 0.0;
+    if (!is_exact)
+      rate_error_ = std::clamp(rate_error_ + (is_rated_ ? error / 4.0 : error), -kMostRateError, kMostRateError);
+    if (is_rated_) return true;
+    is_rated_ = agrees;
+    begin_window();  // of another rate
+    return false;
+  }
 
   const std::int64_t creep_;
-  const bool learns_;
+  const bool learns_, is_nominal_;
   double rate_error_ = 0.0;  ///< A step takes 1 + this of what the device says.
   double last_error_ = 0.0;  ///< Of the last window.
   bool is_rated_ = false;
+  Duration learning_{};                   ///< Spent on the rate of nominal steps.
+  Duration settling_ = kFirstWindow / 2;  ///< Left after that, until what was placed before has gone.
   Duration window_{}, paced_{}, least_late_ = Duration::max(), least_ = Duration::max(), before_ = Duration::max();
   MonotonicTime last_{}, first_very_late_{};
   std::int64_t very_late_ = 0;  ///< Samples in a row that may belong to a burst.
