@@ -102,6 +102,8 @@ Result<std::unique_ptr<PwmChannel>, Problem> PwmChannel::open(const PwmSettings&
 PwmChannel::~PwmChannel() {
   if (!duty_.is_open()) return;
   static_cast<void>(set(0.0));
+  // Chips put a channel that is disabled low, whatever its polarity: that would be on.
+  if (settings_.is_inverted) return;
   static_cast<void>(io::write_attribute(file("enable"), "0\n"));
   if (is_exported_here_)
     static_cast<void>(io::write_attribute(settings_.chip + "/unexport", fmt::format("{}\n", settings_.channel)));

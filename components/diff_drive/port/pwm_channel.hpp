@@ -43,7 +43,8 @@ struct PwmFault {
 
 /// One PWM output of the kernel, through sysfs: on for a share of each period.
 ///
-/// It is off from open() on, whatever a program that was killed has left behind, and again when it is destroyed. The bytes kStop, written to
+/// It is off from open() on, whatever a program that was killed has left behind, and again when it is destroyed; an inverted one stays enabled then,
+/// at a share of zero. The bytes kStop, written to
 /// descriptor() by anyone, switch it off. Two programs that open one channel are told apart by a lock of its file.
 /// Threads:   one.
 /// Allocates: nothing but in open() and reopen().

@@ -68,8 +68,12 @@ TEST_F(PwmChannelTest, is_switched_off_at_its_end) {
 TEST_F(PwmChannelTest, inverts_by_the_polarity_of_the_chip) {
   PwmSettings inverted = settings();
   inverted.is_inverted = true;
-  const auto channel = PwmChannel::open(inverted).value();
+  auto channel = PwmChannel::open(inverted).value();
   EXPECT_EQ(tree_.of_channel(0, "polarity"), "inversed");
+  ASSERT_TRUE(channel->set(0.5));
+  channel.reset();
+  EXPECT_EQ(tree_.of_channel(0, "duty_cycle"), "0");
+  EXPECT_EQ(tree_.of_channel(0, "enable"), "1") << "disabled it would be low, and the motor on";
 }
 
 /// Does what the kernel does at an export: makes the channel's files. The export is a pipe here.
