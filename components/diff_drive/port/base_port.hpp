@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "diff_drive/model/drive_kinematics.hpp"
@@ -87,6 +88,9 @@ class BasePort {
   [[nodiscard]] virtual ByteView stop_frame() const = 0;
   [[nodiscard]] virtual int descriptor() const noexcept = 0;  ///< -1 without a line.
   [[nodiscard]] virtual Stats stats() const = 0;
+  /// Says why no wheel state has come since the line was opened, as far as the bytes of the line tell: nothing came, or what came is another
+  /// device's. Empty if states came, or nothing is known. `waited`: how long it was waited for one. Allocates.
+  [[nodiscard]] virtual std::string why_no_state(Duration /*waited*/) const { return {}; }
 };
 
 }  // namespace nacelle::diff_drive
