@@ -37,7 +37,7 @@ constexpr Duration kPatience = 60s;
 /// A loss is reported within this time (no device here has a period of more than a third of it), and data is there again within the other.
 constexpr Duration kLossLimit = 500ms, kReturnLimit = 2s;
 /// What the heap may grow by in all cycles together: in 200 of them about 120 bytes of each.
-constexpr std::int64_t kHeapSlack = 24 * 1024;
+constexpr std::int64_t kHeapSlack = 24'576;
 constexpr std::array kTopics{"/scan", "/imu/data_raw",   "/imu/data",     "/imu/mag",       "/imu/temperature", "/fix",
                              "/vel",  "/time_reference", "/joint_states", "/battery/state", "/diagnostics"};
 
