@@ -19,7 +19,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr Duration kPatience = 20s;  // ends a broken build only
+constexpr Duration kLongestWait = 20s;  // ends a broken build only
 
 class CanDevice : public ::testing::Test {
  protected:
@@ -46,7 +46,7 @@ class CanDevice : public ::testing::Test {
   bool wait_for(const std::function<bool(const CanMessage&)>& fits) {
     CanWire wire;
     Bell never;
-    const MonotonicTime limit = clock_.now() + kPatience;
+    const MonotonicTime limit = clock_.now() + kLongestWait;
     while (io::wait_readable(bus_.number(), never, clock_, limit) == io::Wake::Ready) {
       Bytes bytes(io::kCanFrameBytes);
       const ssize_t count = ::recv(bus_.number(), bytes.data(), bytes.size(), 0);
