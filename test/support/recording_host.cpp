@@ -290,6 +290,16 @@ std::unique_ptr<NodeHost> RecordingContext::create_host(const NodeIdentity& iden
 
 void RecordingContext::leave_unread(const std::string& topic) { state_->unread.insert(topic); }
 
+std::size_t RecordingContext::forget(const std::string& topic) {
+  const auto found = state_->logs.find(topic);
+  if (found == state_->logs.end()) return 0;
+  state_->drain(found->second);
+  for (Block* const block : found->second.blocks) drop_reference(*block);
+  const std::size_t count = found->second.blocks.size();
+  found->second.blocks.clear();
+  return count;
+}
+
 void RecordingContext::spin() {
   for (bool any = true; any;) {
     any = false;
@@ -379,6 +389,10 @@ std::vector<FaultReason> RecordingContext::open_faults() const {
 void RecordingContext::wait_for_open_faults(std::size_t count) {
   std::unique_lock lock(state_->mutex);
   state_->arrived.wait(lock, [&] { return state_->open_faults.size() == count; });
+}
+bool RecordingContext::wait_for_open_faults(std::size_t count, Duration limit) {
+  std::unique_lock lock(state_->mutex);
+  return state_->arrived.wait_for(lock, limit, [&] { return state_->open_faults.size() == count; });
 }
 std::vector<RecordingContext::Claimed> RecordingContext::frames() const { return state_->frames; }
 void RecordingContext::set_frame_owner(const std::string& child, const std::string& other_node) {

@@ -40,6 +40,8 @@ class RecordingContext final : public Context {
   void leave_unread(const std::string& topic);
 
   ManualClock& clock() { return manual_; }
+  /// Drops what was recorded of a topic; returns how many messages that were. published() and wait_for() count anew.
+  std::size_t forget(const std::string& topic);
   /// Moves the clock in steps of at most 1 ms and fires the timers on the way.
   void advance(Duration by);
   /// Runs the callbacks of everything that waits.
@@ -74,6 +76,8 @@ class RecordingContext final : public Context {
   [[nodiscard]] std::size_t closed_faults() const;
   /// Waits until so many are open.
   void wait_for_open_faults(std::size_t count);
+  /// Returns false after the limit.
+  [[nodiscard]] bool wait_for_open_faults(std::size_t count, Duration limit);
   [[nodiscard]] std::vector<Claimed> frames() const;
   /// Type name and announcement of each subscription that was made of a topic, in their order.
   [[nodiscard]] std::vector<std::pair<std::string, Announced>> announced(const std::string& topic) const;

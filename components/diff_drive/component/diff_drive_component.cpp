@@ -277,6 +277,14 @@ Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const
   SerialBasePort::Settings settings;
   settings.byte_time = io::byte_time(line_settings.baud);
   settings.max_wheel_rate_rps = options_.max_wheel_rate_rps;
+  settings.expected = io::ExpectedDevice{
+      .path = options_.serial_port,
+      .name = options_.hardware,
+      .usual_baud = board_kind(options_.hardware)->usual_baud,
+      .baud = line_settings.baud,
+      .baud_parameter = "baud_rate",
+      .when_silent =
+          fmt::format("is the motor board powered, is this its line, and is its baud rate {}?", line_settings.baud)};
   return std::unique_ptr<BasePort>{
       std::make_unique<SerialBasePort>(std::move(line).value(), make_board(options_), steady_clock(), settings)};
 }
@@ -370,10 +378,12 @@ void DiffDriveComponent::run_loop() noexcept {
     const auto ended = loop_->run();
     if (ended) return;
     const DriveFault& why = ended.error();
-    const std::string cause =
-        why.kind == DriveFault::Kind::FeedbackLost
-            ? fmt::format("the motor board said nothing for {} s", to_seconds(setup_.loop.silence_limit))
-            : std::string(nacelle::diff_drive::explain(why.base));
+    std::string cause{nacelle::diff_drive::explain(why.base)};
+    if (why.kind == DriveFault::Kind::FeedbackLost) {
+      cause = base_->why_no_state(setup_.loop.silence_limit);
+      if (cause.empty())
+        cause = fmt::format("the motor board said nothing for {} s", to_seconds(setup_.loop.silence_limit));
+    }
     const auto stats = base_->stats();
     fault(code_of(why.kind), fmt::format("{}; {} ({} commands written, {} cycles not, {} states heard)", cause,
                                          advice(why.kind), stats.commands, loop_->stats().unwritten, stats.states));
@@ -394,8 +404,10 @@ void DiffDriveComponent::stop_base() {
     const auto base = base_->stats();
     const auto& loop = loop_->stats();
     get_logger().info(
-        "{} cycles ({} skipped, {} not written), {} states of the wheels, {} of {} bytes lost, {} command timeouts",
-        loop.cycles, loop.skipped, loop.unwritten, base.states, base.bytes_lost, base.bytes_in, loop.commands.timeouts);
+        "{} cycles ({} skipped, {} not written), {} states of the wheels, {} of {} bytes lost, {} command timeouts, "
+        "the board was lost {} times",
+        loop.cycles, loop.skipped, loop.unwritten, base.states, base.bytes_lost, base.bytes_in, loop.commands.timeouts,
+        loop.lost);
     if (base.edges_lost > 0)
       get_logger().warn("{} edges of the encoders were lost, {} were seen", base.edges_lost, base.edges);
   }

@@ -2,6 +2,7 @@
 #include "diff_drive/component/drive_loop.hpp"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include "nacelle/base/expect.hpp"
@@ -85,6 +86,7 @@ void DriveLoop::arm(MonotonicTime now) {
 
 void DriveLoop::begin_without_board() {
   silent_at_ = cycled_at_;
+  silence_told_ = false;
   next_attempt_ = cycled_at_ + backoff_.next();
   input_.hold(Hold::LineLost);
 }
@@ -154,6 +156,7 @@ Result<void, DriveFault> DriveLoop::bring_line_back(MonotonicTime now) {
       heard_at_ = written_at_ = clock_.now();
       if (settings_.waits_for_board) {
         silent_at_ = heard_at_;  // held until the board speaks
+        silence_told_ = false;
       } else {
         input_.release(Hold::LineLost, heard_at_);
       }
@@ -170,6 +173,7 @@ Result<void, DriveFault> DriveLoop::bring_line_back(MonotonicTime now) {
 void DriveLoop::lose_board(std::string_view why, MonotonicTime now) {
   ++stats_.lost;
   silent_at_ = now;
+  silence_told_ = true;
   next_attempt_ = now + backoff_.next();
   input_.hold(Hold::LineLost);
   limiter_.reset();
@@ -188,6 +192,11 @@ void DriveLoop::bring_board_back(MonotonicTime now) {
   }
   if (now < next_attempt_) return;
   next_attempt_ = now + backoff_.next();
+  // A line that is back without its board may have another device.
+  if (!silence_told_ && now - *silent_at_ > settings_.silence_report) {
+    silence_told_ = true;
+    if (const std::string why = port_.why_no_state(now - *silent_at_); !why.empty()) observer_.on_board_lost(why);
+  }
   // The board may have lost power while the line stayed up, and with it its settings.
   if (const auto started = port_.start(); !started) line_fault_ = started.error();
 }
@@ -198,7 +207,8 @@ Result<void, DriveFault> DriveLoop::watch_board(MonotonicTime now) {
     if (silent_at_) {
       bring_board_back(now);
     } else if (now - heard_at_ > settings_.silence_report) {
-      lose_board("the motor board says nothing", now);
+      const std::string why = port_.why_no_state(now - heard_at_);
+      lose_board(why.empty() ? "the motor board says nothing" : why, now);
     } else if (now - written_at_ > settings_.silence_report) {
       lose_board(explain(BaseFault::LineStuck), now);
     }

@@ -57,7 +57,7 @@ struct DriveFault {
 /// Cycles end at absolute instants of the monotonic clock; a late one does not move those that follow. Between them the
 /// loop waits on the feedback itself, so every line is read, and stamped, when it arrives, by this one thread.
 /// Threads:   run() in one thread; stop() from any. The rest before or after.
-/// Allocates: nothing.
+/// Allocates: nothing while the board is there.
 class DriveLoop {
  public:
   struct Settings {
@@ -154,6 +154,7 @@ class DriveLoop {
   TwistLimiter limiter_;
   std::optional<MonotonicTime> lost_at_;    // the line is away since
   std::optional<MonotonicTime> silent_at_;  // the line is there, the board is lost since
+  bool silence_told_ = false;               // why it is silent was reported
   io::Backoff backoff_;
   MonotonicTime next_attempt_{};
   BaseFault line_fault_ = BaseFault::LineLost;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diff_drive/component/serial_base_port.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -65,9 +67,12 @@ Result<void, BaseFault> SerialBasePort::start() {
       return err(fault_of(bytes.error()));
     }
     if (bytes.value().empty()) break;
-    board_->feed(bytes.value(), clock_.now(), deaf);
+    received_at_ = clock_.now();
+    feed(bytes.value(), deaf);
   }
+  const std::uint64_t lost = board_->stats().lost;
   board_->restart();
+  lost_before_ += board_->stats().lost - lost;  // half a frame, which says nothing
   travel_.pause();
 
   // The board may be in the middle of a frame that an earlier owner began.
@@ -82,7 +87,24 @@ Result<void, BaseFault> SerialBasePort::start() {
 
 Result<void, BaseFault> SerialBasePort::reopen() {
   if (const auto opened = line_->reopen(); !opened) return err(fault_of(opened.error()));
+  heard_ = {};  // another device may have been plugged in
+  lost_before_ = board_->stats().lost;
   return start();
+}
+
+void SerialBasePort::feed(ByteView bytes, BoardEars& ears) {
+  heard_.bytes += bytes.size();
+  if (settings_.expected && !heard_.first.is_full()) heard_.first.add(bytes);
+  board_->feed(bytes, received_at_, ears);
+}
+
+std::string SerialBasePort::why_no_state(Duration waited) const {
+  if (!settings_.expected || heard_.frames > 0) return {};
+  // It is the board, but a part of it says nothing, such as the second of two VESCs.
+  const bool is_understood = heard_.bytes > 0 && board_->stats().lost == lost_before_;
+  if (is_understood && io::recognise(heard_.first.view()) == nullptr) return {};
+  const Problem why = io::why_no_frames(*settings_.expected, heard_, waited);
+  return fmt::format("{}; {}", why.what, why.way_out);
 }
 
 void SerialBasePort::rest_until(MonotonicTime deadline) {
@@ -109,7 +131,7 @@ Result<void, BaseFault> SerialBasePort::read_until(MonotonicTime deadline, Wheel
     received_at_ = clock_.now();
     chunk_end_ = board_->stats().bytes + bytes.value().size();
     sink_ = &sink;
-    if (!bytes.value().empty()) board_->feed(bytes.value(), received_at_, *this);
+    if (!bytes.value().empty()) feed(bytes.value(), *this);
     board_->assume_wheels(received_at_, *this);
     sink_ = nullptr;
     if (bytes.value().empty()) return {};
@@ -122,6 +144,7 @@ void SerialBasePort::on_wheels(const WheelReading& reading, std::uint64_t first_
   const auto since = static_cast<std::int64_t>(chunk_end_ - first_byte);
   travel_.advance(reading, received_at_ - settings_.byte_time * since);
   ++stats_.states;
+  ++heard_.frames;
   sink_->on_wheel_state({travel_.left_rad(), travel_.right_rad(), reading.rates, voltage_v_, travel_.captured_at()});
 }
 

@@ -9,6 +9,7 @@
 #include "diff_drive/port/base_port.hpp"
 #include "nacelle/io/byte_stream.hpp"
 #include "nacelle/io/descriptor.hpp"
+#include "nacelle/io/line_signature.hpp"
 
 namespace nacelle::diff_drive {
 
@@ -24,6 +25,8 @@ class SerialBasePort final : public BasePort, private BoardEars {
     Duration byte_time{};
     double max_wheel_rate_rps = 100.0;  ///< Of the wheels; the board's own limit counts too.
     double restart_slack_rad = 3.0;     ///< WheelTravel::Settings::slack_rad.
+    /// What is on the line, for why_no_state(). Empty: its bytes are not looked at (a CAN bus, which carries others' frames).
+    std::optional<io::ExpectedDevice> expected{};
   };
 
   SerialBasePort(std::unique_ptr<io::ByteStream> line, std::unique_ptr<MotorBoard> board, const Clock& clock,
@@ -44,12 +47,14 @@ class SerialBasePort final : public BasePort, private BoardEars {
   [[nodiscard]] ByteView stop_frame() const override { return {safe_stop_.data(), safe_stop_bytes_}; }
   [[nodiscard]] int descriptor() const noexcept override { return line_->descriptor(); }
   [[nodiscard]] Stats stats() const override;
+  [[nodiscard]] std::string why_no_state(Duration waited) const override;
 
  private:
   void on_wheels(const WheelReading& reading, std::uint64_t first_byte) override;
   void on_voltage(double voltage_v) override { voltage_v_ = voltage_v; }
   void on_fault(const char* fault) override;
 
+  void feed(ByteView bytes, BoardEars& ears);
   [[nodiscard]] Result<void, BaseFault> send(ByteView frame);
   [[nodiscard]] Result<void, BaseFault> send_command(ByteView frame, const WheelRates& rates, bool is_stop);
   [[nodiscard]] Result<void, BaseFault> send_requests();
@@ -69,6 +74,8 @@ class SerialBasePort final : public BasePort, private BoardEars {
   WheelTravel travel_;
   std::optional<double> voltage_v_;
   Stats stats_;
+  io::HeardOnLine heard_;          // since the line was opened
+  std::uint64_t lost_before_ = 0;  // bytes that the board's decoder could not use by then
 
   // Of the chunk that is being decoded.
   WheelStateSink* sink_ = nullptr;

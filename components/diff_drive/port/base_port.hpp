@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "diff_drive/model/drive_kinematics.hpp"
@@ -93,6 +94,9 @@ class BasePort {
   /// Where stop_frame() must be written, too.
   [[nodiscard]] virtual std::span<const int> further_descriptors() const noexcept { return {}; }
   [[nodiscard]] virtual Stats stats() const = 0;
+  /// Says why no wheel state has come since the line was opened, as far as the bytes of the line tell: nothing came, or what came is another
+  /// device's. Empty if states came, or nothing is known. `waited`: how long it was waited for one. Allocates.
+  [[nodiscard]] virtual std::string why_no_state(Duration /*waited*/) const { return {}; }
 };
 
 }  // namespace nacelle::diff_drive

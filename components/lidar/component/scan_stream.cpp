@@ -41,6 +41,7 @@ void ScanStream::on_sweep(const Sweep& sweep, std::size_t bytes_after) {
   const MonotonicTime last_beam = arrival_.settle(received_, on_line, sweep.since_last);
   assembler_.add(sweep, last_beam, [this](const Scan& scan) { publish(scan); });
   watch_.heard(received_);
+  patient_until_ = {};  // it measures: from now on silence is a loss
 }
 
 /// Does what the protocol asks for, and tells the waiting threads where that has got to.
@@ -98,7 +99,8 @@ void ScanStream::publish(const Scan& scan) {
 
 void ScanStream::watch_silence(MonotonicTime now) {
   // A device that we asked to be silent counts as present until its line breaks.
-  const bool rests = protocol_->is_commanded() && (!wanted_ || now < patient_until_) && protocol_->refusal().empty();
+  const bool rests =
+      !is_broken_ && protocol_->is_commanded() && (!wanted_ || now < patient_until_) && protocol_->refusal().empty();
   if (rests && (wanted_ || protocol_->is_settled())) watch_.heard(now);
   if (!protocol_->refusal().empty()) watch_.lose(protocol_->refusal());
   watch_.look(now, [this] {
@@ -114,6 +116,7 @@ void ScanStream::on_silence(MonotonicTime now) {
 }
 
 void ScanStream::on_break(io::StreamFault fault, MonotonicTime) {
+  is_broken_ = true;
   watch_.lose(std::string(io::explain(fault)));
   protocol_->restart();
   assembler_.restart();
@@ -122,7 +125,9 @@ void ScanStream::on_break(io::StreamFault fault, MonotonicTime) {
 
 void ScanStream::on_return(MonotonicTime now) {
   logger_.info("{}: the line is back", options_.port_name);
+  is_broken_ = false;
   patient_until_ = now + kSpinUp;
+  protocol_->restart();  // what was asked meanwhile was not heard
   converse(now);
 }
 

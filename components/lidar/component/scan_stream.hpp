@@ -78,6 +78,7 @@ class ScanStream final : public io::ByteSink, private SweepSink {
   MonotonicTime patient_until_{};  ///< A motor that was started needs time before the first frame.
   std::uint64_t published_ = 0;
   bool wanted_ = false;
+  bool is_broken_ = false;  ///< The line is away.
   std::atomic<bool> active_{false};
 
   mutable Mutex mutex_;

@@ -14,6 +14,7 @@
 
 #include "cli/program.hpp"
 #include "robot_commands/commands.hpp"
+#include "simulation/component/run_can_device.hpp"
 #include "simulation/component/run_device.hpp"
 #include "simulation/component/run_world.hpp"
 #include "simulation/port/truth_file.hpp"
@@ -73,8 +74,29 @@ int plug(const std::string& asked, const std::string& device, bool in) {
   return done ? kDone : complain(done.error());
 }
 
-int run_device_command(const simulation::DeviceRun& run) {
+struct DeviceWish {
+  simulation::DeviceRun run;
+  std::string can;
+};
+
+int run_device_command(const DeviceWish& wish) {
   const SystemClock clock;
+  const simulation::DeviceRun& run = wish.run;
+  const bool is_on_can = std::ranges::count(simulation::can_device_names(), run.name) > 0;
+  if (is_on_can == wish.can.empty()) {
+    return complain(is_on_can
+                        ? Problem{"device '" + run.name + "'", "it is on a CAN bus", "name its interface: --can vcan0"}
+                        : Problem{"device '" + run.name + "'", "it is on a serial line, not on a CAN bus",
+                                  fmt::format("leave --can out; on a CAN bus are {}",
+                                              fmt::join(simulation::can_device_names(), ", "))});
+  }
+  if (is_on_can) {
+    auto done = simulation::run_can_device({run.name, wish.can}, clock, [&wish] {
+      std::printf("%s\n", wish.can.c_str());
+      std::fflush(stdout);
+    });
+    return done ? kDone : complain(done.error());
+  }
   auto done = simulation::run_device(run, clock, [](const std::string& path) {
     std::printf("%s\n", path.c_str());
     std::fflush(stdout);
@@ -126,14 +148,20 @@ void add_sim_commands(Command& root) {
     return run_world_command(*wish);
   });
 
-  auto run = std::make_shared<simulation::DeviceRun>();
-  Command& alone = group.add("device", "run one simulated device behind a pty until Ctrl-C, and print the pty's name");
-  alone.option("device", run->name, "ld06, rplidar_a1, ydlidar_x4, ..., as the driver's parameter model names it")
+  auto names = simulation::device_names();
+  for (auto& name : simulation::can_device_names()) names.push_back(std::move(name));
+  auto one = std::make_shared<DeviceWish>();
+  Command& alone = group.add(
+      "device", "run one simulated device behind a pty, or on a CAN interface, until Ctrl-C, and print where it is");
+  alone
+      .option("device", one->run.name,
+              "ld06, rplidar_a1, ydlidar_x4, odrive_can, ..., as the driver's parameter model or hardware names it")
       .required()
-      .one_of(simulation::device_names());
-  alone.option("--pty", run->link, "a symbolic link to make for the pty").names_a(Names::File);
-  alone.option("--seed", run->seed, "seed of the device's random numbers").with_default();
-  alone.runs([run] { return run_device_command(*run); });
+      .one_of(std::move(names));
+  alone.option("--pty", one->run.link, "a symbolic link to make for the pty").names_a(Names::File);
+  alone.option("--can", one->can, "the CAN interface of odrive_can or vesc_can, such as vcan0");
+  alone.option("--seed", one->run.seed, "seed of the device's random numbers").with_default();
+  alone.runs([one] { return run_device_command(*one); });
 
   auto folder = std::make_shared<std::string>();
   auto device = std::make_shared<std::string>();

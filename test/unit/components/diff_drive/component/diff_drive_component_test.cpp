@@ -464,6 +464,20 @@ TEST_F(DriveTest, an_input_without_a_topic_and_a_rule_that_is_none_are_named) {
   EXPECT_THAT(misspelt.trigger(Transition::Configure).reason, HasSubstr("neutral"));
 }
 
+TEST_F(DriveTest, the_open_fault_of_a_base_names_the_device_that_is_on_its_line) {
+  auto options = on_the_board();
+  options.append_parameter_override("device_lost", std::string("wait"));
+  DiffDriveComponent drive{options};
+  activate(drive);
+  const std::string frame{"\x55\x51\0\0\0\0\0\0\0\0\xA6", 11};  // of a WT901: its accelerometer reads zero
+  for (int i = 0; i < 5; ++i) board_.send(frame);
+  context_.wait_for_open_faults(1);
+  const FaultReason fault = context_.open_faults().front();
+  EXPECT_EQ(fault.code, kDeviceLost);
+  EXPECT_THAT(fault.text, HasSubstr(pty_->path() + ": 55 bytes came in"));
+  EXPECT_THAT(fault.text, HasSubstr("no waveshare frame: they come from a WT901 IMU"));
+}
+
 TEST_F(DriveTest, a_line_that_comes_back_is_opened_again_without_a_transition) {
   const std::string link = ::testing::TempDir() + "nacelle_base_line";
   ASSERT_TRUE(pty_->link_as(link));

@@ -50,7 +50,9 @@ class RecordingPort final : public BasePort {
   ByteView stop_frame() const override { return {}; }
   int descriptor() const noexcept override { return -1; }
   Stats stats() const override { return {}; }
+  std::string why_no_state(Duration) const override { return why; }
 
+  std::string why;
   std::vector<WheelRates> commands;
   int stops = 0;
   int starts = 0;
@@ -432,6 +434,22 @@ TEST(DriveLoop, a_silent_board_gets_zero_is_reopened_without_limit_and_moves_onl
   drive_on(rig, 2);
   EXPECT_EQ(rig.watching.returns, 1);
   rests_and_moves_again(rig);
+}
+
+TEST(DriveLoop, reports_what_the_port_knows_of_a_silent_board_also_behind_a_line_that_is_back) {
+  LoopRig rig{waiting()};
+  rig.port.speaks = false;
+  rig.port.why = "it is a LiDAR";
+  rig.cycles(26);
+  EXPECT_EQ(rig.watching.losses, std::vector<std::string>{"it is a LiDAR"});
+
+  rig.port.read_fault = rig.port.write_fault = BaseFault::LineLost;
+  rig.cycles(100);
+  rig.port.read_fault.reset();
+  rig.port.write_fault.reset();
+  rig.watching.losses.clear();
+  rig.cycles(200);
+  EXPECT_EQ(rig.watching.losses, std::vector<std::string>{"it is a LiDAR"}) << "once";
 }
 
 TEST(DriveLoop, a_pulled_cable_is_waited_for_without_limit_and_is_back_when_the_board_speaks) {

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "../port/base_rig.hpp"
+#include "diff_drive/component/vesc_board.hpp"
 #include "nacelle/io/scripted_stream.hpp"
+#include "simulation/protocol/vesc_device.hpp"
 
 namespace nacelle::diff_drive {
 namespace {
@@ -13,13 +15,14 @@ using io::ScriptedStream;
 
 /// A port to a Waveshare board whose line is written down beforehand.
 struct ScriptedPort {
-  explicit ScriptedPort(Duration byte_time = {}) {
+  explicit ScriptedPort(Duration byte_time = {}, std::optional<io::ExpectedDevice> expected = {}) {
     auto made =
         std::make_unique<ScriptedStream>(std::vector<ScriptedStream::Step>{}, ScriptedStream::AtEnd::Silence,
                                          [this](MonotonicTime until) { clock.set(std::max(clock.now(), until)); });
     line = made.get();
     SerialBasePort::Settings settings;
     settings.byte_time = byte_time;
+    settings.expected = std::move(expected);
     port = std::make_unique<SerialBasePort>(
         std::move(made), std::make_unique<WaveshareBoard>(WaveshareBoard::Settings{0.05}), clock, settings);
   }
@@ -172,6 +175,63 @@ TEST(SerialBasePort, a_stop_overtakes_the_queue_of_a_terminal_without_a_reader) 
     is_stopped = !moves && stale > 0;
   }
   EXPECT_LE(stale, 4095 / 27) << "no more than the other end's own buffer comes before it";
+}
+
+io::ExpectedDevice expected_board() {
+  return {.path = "/dev/ttyUSB0",
+          .name = "waveshare",
+          .usual_baud = 115200,
+          .baud = 115200,
+          .baud_parameter = "baud_rate",
+          .when_silent = "is the motor board powered?"};
+}
+
+TEST(SerialBasePort, says_that_nothing_came) {
+  ScriptedPort rig{{}, expected_board()};
+  ASSERT_TRUE(rig.port->start());
+  rig.hear(500ms);
+  EXPECT_EQ(rig.port->why_no_state(500ms), "nothing came in 0.5 s; is the motor board powered?");
+}
+
+TEST(SerialBasePort, names_the_device_that_is_on_the_line_instead) {
+  ScriptedPort rig{{}, expected_board()};
+  ASSERT_TRUE(rig.port->start());
+  const std::string frame{"\x55\x51\0\0\0\0\0\0\0\0\xA6", 11};  // of a WT901: its accelerometer reads zero
+  for (int i = 1; i <= 5; ++i) rig.say(i * 10ms, frame);
+  rig.hear(500ms);
+  EXPECT_EQ(rig.port->why_no_state(500ms),
+            "55 bytes came in 0.5 s, but no waveshare frame: they come from a WT901 IMU; is the waveshare on another "
+            "line? nacelle device list shows what is plugged in");
+}
+
+TEST(SerialBasePort, does_not_take_half_of_a_board_for_another_device) {
+  simulation::VescDevice vescs{simulation::VescDevice::Settings{}};
+  vescs.cut_can(true);
+  ToldClock clock;
+  auto line = std::make_unique<ScriptedStream>(std::vector<ScriptedStream::Step>{}, ScriptedStream::AtEnd::Silence,
+                                               [&](MonotonicTime until) { clock.set(std::max(clock.now(), until)); });
+  line->answer_writes([&](ByteView bytes) { return vescs.on_bytes(bytes, clock.now().since_origin); });
+  SerialBasePort::Settings settings;
+  settings.expected = expected_board();
+  SerialBasePort port{
+      std::move(line),
+      std::make_unique<VescBoard>(VescBoard::Settings{{{VescPrinter::kOnTheLine, false}, {42, false}, 90.0}}), clock,
+      settings};
+  ASSERT_TRUE(port.start());
+  Heard heard;
+  for (int i = 0; i < 50; ++i) ASSERT_TRUE(port.read_until(clock.now() + 10ms, heard));
+  EXPECT_GT(port.stats().bytes_in, 0U);
+  EXPECT_EQ(port.why_no_state(500ms), "");
+}
+
+TEST(SerialBasePort, has_no_reason_once_the_board_was_heard_and_looks_anew_at_a_line_that_was_opened_again) {
+  ScriptedPort rig{{}, expected_board()};
+  ASSERT_TRUE(rig.port->start());
+  rig.say(10ms, feedback(0.5, 1.0));
+  rig.hear(500ms);
+  EXPECT_EQ(rig.port->why_no_state(500ms), "");
+  ASSERT_TRUE(rig.port->reopen());
+  EXPECT_EQ(rig.port->why_no_state(500ms), "nothing came in 0.5 s; is the motor board powered?");
 }
 
 TEST(SerialBasePort, says_that_the_line_is_lost_when_the_other_end_hangs_up) {
