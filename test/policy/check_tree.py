@@ -170,7 +170,7 @@ def every_debian_package_is_in_the_one_list(tree: Tree):
     for line in tree.text(".ci/packages.txt").splitlines():
         if ":" in line and not line.startswith("#"):
             word, names = line.split(":", 1)
-            listed[word] = set(names.split())
+            listed[word] = {name.partition("@")[0] for name in names.split()}  # name@13: in that release only
     everywhere = set().union(*listed.values()) if listed else set()
     for folder, manifest in tree.packages():
         if manifest is None:
@@ -195,7 +195,7 @@ def debian_control_asks_for_what_the_list_names(tree: Tree):
     for line in tree.text(".ci/packages.txt").splitlines():
         word, _, names = line.partition(":")
         if word == "build" or (word != "test" and (tree.root / word).is_dir()):
-            listed |= set(names.split())
+            listed |= {name.partition("@")[0] for name in names.split()}
     listed.discard("g++")  # build-essential, which every build of a package has
     fields = {name: set(re.findall(r"^ (?!debhelper-compat)([a-z0-9.+-]+)", text, re.MULTILINE))
               for name, text in re.findall(r"^(Build-Depends|Depends):((?:\n .*)+)", control, re.MULTILINE)}  # fmt: skip

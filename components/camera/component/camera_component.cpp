@@ -7,7 +7,9 @@
 #include <filesystem>
 
 #include "camera/component/calibration.hpp"
+#include "camera/port/camera_fault.hpp"
 #include "camera/port/pattern_source.hpp"
+#include "camera/port/port_library.hpp"
 #include "camera/port/v4l2_capture.hpp"
 #include "nacelle/base/expect.hpp"
 #include "nacelle/qos/presets.hpp"
@@ -18,6 +20,7 @@ namespace {
 // The one place that chooses the real world.
 std::unique_ptr<CapturePort> make_real_port(Source source, const Clock& clock) {
   if (source == Source::Pattern) return std::make_unique<PatternSource>(clock);
+  if (source == Source::Libcamera) return make_port_of(port_library_path(kLibcamera), clock);
   return std::make_unique<V4l2Capture>(clock);
 }
 
@@ -68,7 +71,7 @@ CallbackReturn CameraComponent::on_configure(const State&) {
   if (!device) return refuse(device.error());
   device_ = *device;
   port_ = make_port_(source, steady_clock());
-  if (source == Source::V4l2) {
+  if (source != Source::Pattern) {
     // Its silence follows from the frame rate that the device agrees to.
     watch_ = std::make_unique<DeviceWatch>(
         *this, device_,
@@ -80,7 +83,7 @@ CallbackReturn CameraComponent::on_configure(const State&) {
                                 watch_.get(), compressed_.get()},
       std::move(settings));
   if (auto opened = loop_->open(); !opened) {
-    if (may_wait(source, setup->wish.device)) {
+    if (may_wait(source, setup->wish.device, opened.error())) {
       loop_->await_device(opened.error());
       waits_for_controls_ = true;
       late_controls_timer_ = create_wall_timer(kTurn, [this] { declare_late_controls(); });
@@ -110,9 +113,11 @@ void CameraComponent::set_camera_info(const sensor_msgs::srv::SetCameraInfo::Req
 }
 
 // Absent is not the same as unusable: rights, another program or a wrong node are not mended by waiting.
-bool CameraComponent::may_wait(const Source source, const std::string& device) const {
+bool CameraComponent::may_wait(Source source, const std::string& device, const Problem& why) const {
+  if (device_.required || source == Source::Pattern) return false;
+  if (source == Source::Libcamera) return why.code == CameraFault::NotThere;
   std::error_code ignored;
-  return source == Source::V4l2 && !device_.required && !std::filesystem::exists(device, ignored);
+  return !std::filesystem::exists(device, ignored);
 }
 
 void CameraComponent::on_reopened() {
@@ -132,7 +137,8 @@ CallbackReturn CameraComponent::on_activate(const State&) {
   // After a deactivation the device was released, so that other programs could use it.
   if (!loop_->is_open() && !loop_->is_awaiting()) {
     if (auto opened = loop_->open(); !opened) {
-      if (!may_wait(Source::V4l2, options_.video_device)) return refuse(opened.error());
+      const auto setup = validated(options_, get_fully_qualified_name());
+      if (!setup || !may_wait(setup->source, options_.video_device, opened.error())) return refuse(opened.error());
       loop_->await_device(opened.error());
     } else {
       on_reopened();

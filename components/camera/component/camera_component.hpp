@@ -21,7 +21,8 @@
 
 namespace nacelle::camera {
 
-/// Publishes the images of a V4L2 camera, or a test pattern (video_device: pattern), on ~/image_raw and ~/camera_info.
+/// Publishes the images of a V4L2 camera, of one of libcamera, or a test pattern (video_device: pattern), on ~/image_raw and
+/// ~/camera_info.
 /// Serves ~/set_camera_info while active, as camera_info_manager does.
 ///
 /// JPEGs (pixel_format MJPG or JPEG) are also published as they come, on ~/image_raw/compressed, and decoded while ~/image_raw has a reader.
@@ -34,7 +35,7 @@ namespace nacelle::camera {
 /// Threads: the component's executor.
 class CameraComponent final : public LifecycleNode {
  public:
-  /// Makes the port for a source (V4l2 or Pattern).
+  /// Makes the port for a source (V4l2, Libcamera or Pattern).
   using PortMaker = std::function<std::unique_ptr<CapturePort>(Source, const Clock&)>;
 
   explicit CameraComponent(const NodeOptions& options);
@@ -58,7 +59,8 @@ class CameraComponent final : public LifecycleNode {
   void on_reopened();
   /// The controls of a device that came late, declared on the executor.
   void declare_late_controls();
-  [[nodiscard]] bool may_wait(const Source source, const std::string& device) const;
+  /// Whether waiting for the device may help after open() failed.
+  [[nodiscard]] bool may_wait(Source source, const std::string& device, const Problem& why) const;
   void undeclare_controls();
   void apply_controls();
   SetParametersResult set_controls(const std::vector<Parameter>& parameters);

@@ -37,7 +37,7 @@ CameraOptions declare_options(Node& node) {
   o.video_device = node.declare_parameter<std::string>(
       "video_device", o.video_device,
       fixed("The camera's node; a path in /dev/v4l/by-id names the same camera in any port.",
-            "a path, or pattern: a test pattern without a device"));
+            "a path; libcamera or libcamera:ID; or pattern: a test pattern without a device"));
   o.pixel_format = node.declare_parameter<std::string>(
       "pixel_format", o.pixel_format, fixed("What the camera sends.", "a V4L2 name of four characters"));
   o.output_encoding = node.declare_parameter<std::string>(
@@ -70,7 +70,8 @@ Result<CameraSetup, Problem> validated(const CameraOptions& options, const std::
   CameraSetup setup;
   if (options.video_device.empty())
     return err(wrong(node, "video_device", "is empty", "give a path such as /dev/video0, or pattern"));
-  setup.source = options.video_device == kPattern ? Source::Pattern : Source::V4l2;
+  const bool of_libcamera = options.video_device == kLibcamera || options.video_device.rfind("libcamera:", 0) == 0;
+  setup.source = options.video_device == kPattern ? Source::Pattern : of_libcamera ? Source::Libcamera : Source::V4l2;
   const auto code = parse_fourcc(options.pixel_format);
   if (!code || find_pixel_format(*code) == nullptr) {
     std::vector<std::string> known;

@@ -15,11 +15,13 @@ namespace nacelle::camera {
 /// Where images come from.
 enum class Source : std::uint8_t {
   V4l2,
-  Pattern  ///< A drawn scene; needs no device.
+  Libcamera,  ///< What needs processing by this computer, such as the Raspberry Pi's CSI cameras.
+  Pattern     ///< A drawn scene; needs no device.
 };
 
-/// The value of video_device that stands for Source::Pattern.
-inline constexpr const char* kPattern = "pattern";
+/// The values of video_device that stand for Source::Pattern and for Source::Libcamera: the latter's first camera, or the one whose
+/// id or number follows a colon.
+inline constexpr const char *kPattern = "pattern", *kLibcamera = "libcamera";
 
 /// The camera's parameters as written: v4l2_camera's names and defaults.
 struct CameraOptions {

@@ -24,7 +24,8 @@ enum class CameraFault : std::uint8_t {
   NoControl,  ///< The source has no such control. Where: the source. Value: its name.
   NotConvertible,  ///< The encoding cannot be made from the camera's format. Where: parameter output_encoding. Value: the encoding.
   MemoryRefused,  ///< The driver does not fill memory of that kind (io_method).
-  Failed,         ///< A system call failed for another reason.
+  NotInstalled,  ///< The library that drives this kind of camera is not installed, or is of another version of Nacelle.
+  Failed,        ///< A system call failed for another reason.
 };
 [[nodiscard]] constexpr const char* code_text(CameraFault fault) {
   switch (fault) {
@@ -44,6 +45,7 @@ enum class CameraFault : std::uint8_t {
     case CameraFault::NoControl: return "camera.no_control";
     case CameraFault::NotConvertible: return "camera.not_convertible";
     case CameraFault::MemoryRefused: return "camera.memory_refused";
+    case CameraFault::NotInstalled: return "camera.not_installed";
     case CameraFault::Failed: return "camera.failed";
   }
   return "";

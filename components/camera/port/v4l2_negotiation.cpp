@@ -70,8 +70,8 @@ Result<FourCc, Problem> choose_format(const V4l2Device& device, const CaptureWis
     return err(Problem{
         wish.device,
         fmt::format("offers no pixel format that can be read, only {}", offered.empty() ? "none" : names_of(offered)),
-        "a camera on a ribbon cable gives raw sensor data here and needs libcamera; use a USB camera, or "
-        "video_device:=pattern",
+        "a camera on a ribbon cable gives raw sensor data here: video_device:=libcamera processes it; "
+        "video_device:=pattern needs no camera",
         CameraFault::UnreadableFormat, names_of(offered)});
   }
   format.remarks.push_back(fmt::format("pixel_format {} is not offered ({}); {} is used", to_text(wish.pixel_format),
@@ -136,7 +136,7 @@ Problem describe_trouble(const std::string& device, std::string_view step, int o
       break;
     case EPIPE:
       fault = CameraFault::NeedsLibcamera;
-      way_out = "its media pipeline is not linked; this device needs libcamera";
+      way_out = "its media pipeline is not linked: use video_device:=libcamera";
       break;
     case ENOTTY:
     case EINVAL:

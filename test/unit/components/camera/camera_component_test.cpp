@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "camera/component/calibration.hpp"
+#include "camera/port/camera_fault.hpp"
 #include "camera/port/pattern_source.hpp"
 #include "camera/port/v4l2_capture.hpp"
 #include "camera/protocol/calibration_fault.hpp"
@@ -61,6 +62,43 @@ TEST(CameraComponent, says_that_the_device_is_absent_when_it_is_required) {
   EXPECT_FALSE(outcome.success);
   EXPECT_THAT(outcome.reason, HasSubstr("/dev/no-such-camera: open failed: No such file or directory (errno 2)"));
   EXPECT_THAT(outcome.reason, HasSubstr("plugged in"));
+}
+
+// A port that finds no camera of libcamera, or cannot tell for lack of rights.
+class AbsentCamera final : public CapturePort {
+ public:
+  explicit AbsentCamera(CameraFault fault) : fault_(fault) {}
+  Result<CaptureFormat, Problem> open(const CaptureWish& wish) override {
+    return err(Problem{wish.device, "libcamera sees no camera", "", fault_});
+  }
+  Result<void, Problem> start() override { return {}; }
+  Result<Frame, CaptureFault> next(MonotonicTime, ByteSpan) override { return err(CaptureFault::NoFrame); }
+  void interrupt() noexcept override {}
+  void close() override {}
+  std::vector<Control> controls() override { return {}; }
+  Result<void, Problem> set_control(const Control&, std::int64_t) override { return {}; }
+  CaptureStats stats() const override { return {}; }
+
+ private:
+  CameraFault fault_;
+};
+
+TEST(CameraComponent, waits_for_a_camera_of_libcamera_that_is_absent_and_for_no_other_reason) {
+  for (const CameraFault fault : {CameraFault::NotThere, CameraFault::Busy, CameraFault::NotInstalled}) {
+    test::RecordingContext context;
+    std::vector<Source> made;
+    CameraComponent camera{
+        NodeOptions{context}.append_parameter_override("video_device", std::string("libcamera:imx219")),
+        [&](Source source, const Clock&) {
+          made.push_back(source);
+          return std::make_unique<AbsentCamera>(fault);
+        }};
+    const auto outcome = camera.trigger(Transition::Configure);
+    EXPECT_EQ(made, std::vector<Source>{Source::Libcamera});
+    EXPECT_EQ(outcome.success, fault == CameraFault::NotThere) << code_text(fault);
+    if (!outcome.success) { EXPECT_THAT(outcome.reason, HasSubstr("libcamera:imx219: libcamera sees no camera")); }
+    EXPECT_EQ(context.open_faults().size(), outcome.success ? 1U : 0U);
+  }
 }
 
 TEST(CameraComponent, opens_a_fault_and_shows_no_pattern_when_the_device_is_absent) {
