@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cerrno>
 #include <condition_variable>
 #include <cstring>
@@ -260,7 +261,7 @@ class ScriptedCamera final : public V4l2Calls {
         const auto& given = *static_cast<v4l2_buffer*>(argument);
         if (given.memory == V4L2_MEMORY_USERPTR) {
           if (given.length < buffers[index].memory.size()) return -EINVAL;
-          buffers[index].user = reinterpret_cast<std::uint8_t*>(given.m.userptr);
+          buffers[index].user = std::bit_cast<std::uint8_t*>(given.m.userptr);
         }
         buffers[index].queued = true;
         waiting_.push_back(index);

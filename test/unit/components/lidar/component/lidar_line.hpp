@@ -30,7 +30,7 @@ class BadLine {
       const double draw = draws_.uniform();
       if (draw < settings_.lost) continue;
       if (draw > 1.0 - settings_.changed)
-        byte = static_cast<std::uint8_t>(byte ^ (1U << unsigned(draws_.uniform() * 8)));
+        byte = static_cast<std::uint8_t>(byte ^ (1U << static_cast<unsigned>(draws_.uniform() * 8)));
       waiting_.push_back({free_at_, byte});
       if (draw < settings_.lost + settings_.added)
         waiting_.push_back({free_at_, static_cast<std::uint8_t>(draws_.uniform() * 256)});
