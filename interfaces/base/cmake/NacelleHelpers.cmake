@@ -7,7 +7,7 @@
 #   nacelle_static_library(name SOURCES ... [USES ...] [PRIVATE_USES ...])    a part of a component or program, or headers alone
 #   nacelle_component(name CLASSES a::B ... SOURCES ... [USES ...])  a plugin, found by class name at run time
 #   nacelle_program(name SOURCES ... [USES ...])
-#   nacelle_test(name SOURCES ... [USES ...] [LABELS ...] [TIMEOUT s])
+#   nacelle_test(name SOURCES ... [USES ...] [LABELS ...] [TIMEOUT s] [CONFIGURATIONS ...])
 #   nacelle_fuzz_target(name SOURCES ... CORPUS dir [USES ...])      LLVMFuzzerTestOneInput; a test replays its corpus
 #   nacelle_benchmark(name SOURCES ... [USES ...])                   a program that test/benchmark/bench.py runs
 #   nacelle_install_package()                                        last line: installs and exports what was made above
