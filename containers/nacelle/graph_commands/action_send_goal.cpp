@@ -45,7 +45,7 @@ class Errand {
   [[nodiscard]] Result<json, int> read_goal();
   [[nodiscard]] Result<void, int> wait_for_server();
   void warn_of_waiting(const std::map<std::string, ActionEnds>& actions, bool is_known) const;
-  [[nodiscard]] Result<void, int> listen();
+  [[nodiscard]] int listen();
   [[nodiscard]] Result<bool, int> offer(const json& goal);
   int wait_for_result();
   int cancel(const char* why);
@@ -159,15 +159,14 @@ Result<void, int> Errand::wait_for_server() {
   return err(complain({"action " + name_, "has no active server", "see " + wish_.whom.command("action list")}));
 }
 
-Result<void, int> Errand::listen() {
-  if (!wish_.feedback) return {};
+int Errand::listen() {
+  if (!wish_.feedback) return kDone;
   auto reply = listening_.call({{"verb", "topic.listen"},
                                 {"topic", part(action::kFeedback)},
                                 {"type", type_->feedback_message().name},
                                 {"show", "json"}},
                                kAnswerLimit);
-  if (!reply) return err(complain(reply.error()));
-  return {};
+  return reply ? kDone : complain(reply.error());
 }
 
 Result<bool, int> Errand::offer(const json& goal) {
@@ -246,7 +245,7 @@ int Errand::run() {
   auto goal = read_goal();
   if (!goal) return goal.error();
   if (auto there = wait_for_server(); !there) return there.error();
-  if (auto heard = listen(); !heard) return heard.error();
+  if (const int code = listen(); code != kDone) return code;
   auto accepted = offer(goal.value());
   if (!accepted) return accepted.error();
   return accepted.value() ? wait_for_result() : kFailed;
