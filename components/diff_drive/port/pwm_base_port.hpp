@@ -15,8 +15,8 @@ namespace nacelle::diff_drive {
 
 /// A base whose motors this computer drives itself: by PWM and direction lines, with encoders that it reads.
 ///
-/// write() reads the encoders, runs the controllers of both wheels, and sets the outputs. read_until() hands over one state, when its deadline comes: the
-/// control loop's instant, so the controllers see what the state says. A wheel that stands or turns the wrong way at its full output for
+/// write() reads the encoders, runs the controllers of both wheels, and sets the outputs. read_until() hands over one state, when its deadline
+/// comes: the control loop's instant, so the controllers see what the state says. A wheel that stands or turns the wrong way at its full output for
 /// Settings::stall_limit_s is a fault of the board (on_board_fault()), which is over kFaultHold later.
 /// There is no other controller that would stop the wheels in this program's place: see stop_frame() and further_descriptors().
 /// Threads: as BasePort. Allocates: nothing but in reopen().

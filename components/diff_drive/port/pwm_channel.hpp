@@ -44,8 +44,8 @@ struct PwmFault {
 /// One PWM output of the kernel, through sysfs: on for a share of each period.
 ///
 /// It is off from open() on, whatever a program that was killed has left behind, and again when it is destroyed; an inverted one stays enabled then,
-/// at a share of zero. The bytes kStop, written to
-/// descriptor() by anyone, switch it off. Two programs that open one channel are told apart by a lock of its file.
+/// at a share of zero. Whoever writes the bytes kStop to descriptor() switches it off. Each channel locks its file, so a second program that
+/// opens the same channel is refused.
 /// Threads:   one.
 /// Allocates: nothing but in open() and reopen().
 /// Source:    Linux, Documentation/driver-api/pwm.rst, "Using PWMs with the sysfs interface".

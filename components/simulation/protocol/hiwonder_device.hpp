@@ -10,7 +10,7 @@ namespace nacelle::simulation {
 
 /// A Hiwonder RRC whose first motor turns the left wheel and whose second one turns the right wheel.
 ///
-/// It counts its encoders for its own speed controllers and tells nobody, and it has no watchdog. It reports its IMU a hundred times a second and
+/// It counts its encoders for its own speed controllers and does not report them, and it has no watchdog. It reports its IMU a hundred times a second and
 /// its battery about once.
 /// Written from the device's side on purpose: the driver's encoder and decoder are another reading of the same description.
 /// Source: Hiwonder, the RRC's firmware: packet.c (frames), packet_handle.c (commands), battery_handle.c.

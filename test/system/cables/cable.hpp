@@ -27,7 +27,7 @@ class Cable {
   Cable& operator=(const Cable&) = delete;
   ~Cable() { unplug(); }
 
-  /// The path is there again, and the device has power anew: it has forgotten all that it was told.
+  /// The path is there again, and the device has power anew: it has forgotten all settings and commands.
   void plug() {
     auto pty = io::PtyPair::create();
     ASSERT_TRUE(pty) << pty.error().text();

@@ -52,7 +52,8 @@ class GpioOutputs {
 
 /// Input lines with the edges of all of them.
 ///
-/// The kernel keeps the latest edges, 16 a line and at least kKept; if more came between two calls of take(), the oldest are lost, and the numbers have a gap.
+/// The kernel keeps the latest edges, 16 a line and at least kKept; if more came between two calls of take(), the oldest are lost, and the
+/// numbers have a gap.
 /// Threads: one. Allocates: nothing but in reopen().
 class GpioInputs {
  public:
@@ -66,7 +67,8 @@ class GpioInputs {
 
   /// Returns the levels: bit i is the i-th line of the request. Nothing: the chip is gone.
   [[nodiscard]] virtual std::optional<std::uint64_t> levels() = 0;
-  /// Returns edges that have come, those of each line in their order; empty if there are no more. Valid until the next call. Nothing: the chip is gone. Does not wait.
+  /// Returns edges that have come, those of each line in their order; empty if there are no more. Valid until the next call. Nothing: the chip is
+  /// gone. Does not wait.
   [[nodiscard]] virtual std::optional<std::span<const GpioEdge>> take() = 0;
   /// As GpioOutputs::reopen(). Numbers begin anew.
   [[nodiscard]] virtual bool reopen() = 0;

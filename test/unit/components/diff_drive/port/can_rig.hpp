@@ -17,7 +17,7 @@
 
 namespace nacelle::diff_drive {
 
-/// A CAN bus in memory, with emulated boards on it: as io::CanPort, its bytes are whole frames. Time is told.
+/// A CAN bus in memory, with emulated boards on it: as io::CanPort, its bytes are whole frames. The test sets the time.
 class BusInMemory final : public io::ByteStream {
  public:
   static constexpr std::size_t kFrame = 16;

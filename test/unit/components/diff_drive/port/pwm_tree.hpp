@@ -83,7 +83,8 @@ inline void break_channel(int descriptor) {
   ::close(full);
 }
 
-/// Two motors behind H-bridges, and their encoders: what the channels and lines say becomes turns, and turns become counts or edges. Time is told.
+/// Two motors behind H-bridges, and their encoders: they turn as the channels and lines command, and count or send edges as they turn. The test
+/// sets the time.
 class PwmPlant {
  public:
   enum class Encoder { Counter, Quadrature, OneChannel };
@@ -154,7 +155,7 @@ class PwmPlant {
   const double counts_per_turn_;
 };
 
-/// A base of ideal motors, for the laws of BasePort: they turn at once as fast as they are told.
+/// A base of ideal motors, for the laws of BasePort: they reach a commanded speed at once.
 class PwmRig final : public BaseRig {
  public:
   static constexpr double kCounts = 2e6, kFullSpeed = 20.0;

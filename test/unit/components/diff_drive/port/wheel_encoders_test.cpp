@@ -180,7 +180,7 @@ TEST_F(EdgeTest, edges_that_overtook_each_other_are_put_in_order) {
   EXPECT_EQ(encoders_->stats().lost, 0U);
 }
 
-/// Lines whose edges are told with all their numbers.
+/// Lines whose edges the test sets, with all their numbers.
 class ToldInputs final : public io::GpioInputs {
  public:
   std::optional<std::uint64_t> levels() override { return 0; }
