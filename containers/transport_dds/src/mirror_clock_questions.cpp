@@ -168,13 +168,13 @@ void DdsMirror::Impl::Services::Questions::turn() {
   }
   for (auto one = open_ones_.begin(); one != open_ones_.end();) {
     Question& question = *one->second;
-    if (services_.mirror.clock.now() >= question.next) send(question);
     if (is_over(question)) {
       close(std::move(one->second));
       one = open_ones_.erase(one);
-    } else {
-      ++one;
+      continue;
     }
+    if (services_.mirror.clock.now() >= question.next) send(question);
+    ++one;
   }
 }
 
