@@ -124,6 +124,7 @@ EXAMPLES = (
     Example("security create-permission keys /robot policy.xml"),
     Example("estop set"),
     Example("estop release"),
+    Example("bag record -a --for 2 -o drive"),
     Example("bag info docs/examples/recordings/talker.mcap"),
     Example("bag check docs/examples/recordings/talker.mcap"),
     Example("bag recover docs/examples/recordings/talker.mcap -o talker.recovered.mcap --compression zstd"),

@@ -103,6 +103,13 @@ class RecordingHost final : public NodeHost {
   std::unique_ptr<SubscriptionHandle> create_subscription(const EndpointSpec& spec, Taking taking,
                                                           MessageCallback callback,
                                                           const CallbackGroup::SharedPtr&) override;
+  std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, ReadyListener& listener) override {
+    return state_.transport.create_reader(spec, Taking::Share, &listener);
+  }
+  /// Nothing is told: this transport has no graph.
+  std::unique_ptr<GraphWatchHandle> watch_graph(GraphListener&) override {
+    return std::make_unique<GraphWatchHandle>();
+  }
   /// Runs at once: there is no executor to leave it to.
   std::unique_ptr<StatusEventHandle> create_status_event(PlainCallback callback,
                                                          const CallbackGroup::SharedPtr&) override {

@@ -4,9 +4,11 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <limits>
 #include <system_error>
 
 #include "nacelle/base/file_fault.hpp"
@@ -69,6 +71,12 @@ bool FileSink::sync() {
   if (::fdatasync(file_.number()) == 0) return true;
   error_ = errno;
   return false;
+}
+
+std::uint64_t FileSink::free_bytes() const {
+  struct statvfs status {};
+  if (::fstatvfs(file_.number(), &status) != 0) return std::numeric_limits<std::uint64_t>::max();
+  return static_cast<std::uint64_t>(status.f_bavail) * status.f_frsize;
 }
 
 Problem FileSink::problem() const { return problem_of(path_, error_, FileFault::Unwritable, "cannot be written"); }

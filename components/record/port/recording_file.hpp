@@ -38,6 +38,8 @@ class FileSink final : public ByteSink {
   [[nodiscard]] bool write(ByteView bytes) override;
   /// Waits until the disk has all that was written. Errors: false.
   [[nodiscard]] bool sync();
+  /// Returns how many bytes an ordinary user may still write to the file system; the largest number if it does not say.
+  [[nodiscard]] std::uint64_t free_bytes() const;
   /// Returns why the last write or sync failed.
   [[nodiscard]] Problem problem() const;
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/topic_listener.hpp"
 #include "cli/whom.hpp"
-#include "graph_commands/topic_listener.hpp"
 
 // The commands of `topic`: list and info (topic_commands.cpp), reading (topic_listen.cpp, topic_rates.cpp), publishing
 // (topic_publish.cpp).

@@ -9,8 +9,8 @@
 #include "cli/asking.hpp"
 #include "cli/output.hpp"
 #include "cli/program.hpp"
+#include "cli/topic_listener.hpp"
 #include "graph_commands/topic_commands.hpp"
-#include "graph_commands/topic_listener.hpp"
 #include "graph_commands/topic_window.hpp"
 #include "text/message_csv.hpp"
 

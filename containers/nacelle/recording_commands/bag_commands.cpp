@@ -4,6 +4,7 @@
 #include "recording_commands/bag_check.hpp"
 #include "recording_commands/bag_copy.hpp"
 #include "recording_commands/bag_info.hpp"
+#include "recording_commands/bag_record.hpp"
 #include "recording_commands/commands.hpp"
 
 namespace nacelle::cli {
@@ -88,10 +89,48 @@ void add_filter(Command& group) {
   command.runs([wish] { return copy_bag(*wish); });
 }
 
+void add_record(Command& group) {
+  auto wish = std::make_shared<BagRecordWish>();
+  Command& command = group.add("record", "record topics of a running container, until Ctrl-C");
+  command.option("topics", wish->topics, "these topics").names_a(Names::Topic);
+  command.flag("-a,--all", wish->all, "every topic of the container");
+  command.option("-e,--regex", wish->regex, "and those in which this regular expression is found").checked(wrong_regex);
+  command.option("-x,--exclude-regex", wish->exclude_regex, "but none in which this one is found").checked(wrong_regex);
+  command.option("--exclude-topics", wish->exclude_topics, "nor these").names_a(Names::Topic);
+  command.flag("--include-hidden-topics", wish->hidden, "with -a and -e, those with a part that begins with '_', too");
+  command.option("-o,--output", wish->output, "the folder to make; default: rosbag2_YEAR_MONTH_DAY-HOUR_MINUTE_SECOND")
+      .names_a(Names::File);
+  command.option("-s,--storage", wish->storage, "the format").one_of({"mcap"}).with_default();
+  command.option("--compression", wish->compression, "of the files' chunks")
+      .one_of({"none", "lz4", "zstd"})
+      .with_default();
+  command.option("-b,--max-bag-size", wish->max_size, "bytes after which another file begins; 0: never")
+      .value("BYTES")
+      .with_default()
+      .within(0.0, 1e15);
+  command.option("-d,--max-bag-duration", wish->max_duration_s, "seconds after which another file begins; 0: never")
+      .value("SECONDS")
+      .with_default()
+      .within(0.0, 1e9);
+  command.option("--for", wish->for_s, "end by itself after so many seconds; 0: never")
+      .value("SECONDS")
+      .with_default()
+      .within(0.0, 1e9);
+  command.flag("--start-paused", wish->start_paused, "wait for the service ~/resume");
+  command.option("--node-name", wish->name, "the recorder's name").value("NAME").with_default();
+  command.option("--container", wish->whom.container, "of several containers, this one").value("NAME");
+  command.note(
+      "The container writes the files, on threads beside the robot's, as nacelle::record::RecordComponent. The robot "
+      "does not wait for the "
+      "disk: where that is too slow, messages are lost and counted. Topics that begin meanwhile are recorded too.");
+  command.runs([wish] { return record_bag(*wish); });
+}
+
 }  // namespace
 
 void add_bag_commands(Command& root) {
   Command& group = root.add("bag", "recordings: MCAP files, as `ros2 bag` writes them");
+  add_record(group);
   add_info(group);
   add_check(group);
   add_recover(group);

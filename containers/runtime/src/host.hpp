@@ -9,6 +9,19 @@
 
 namespace nacelle::runtime {
 
+/// A component's place among those whom the broker tells of its graph.
+class GraphPort final : public GraphWatchHandle {
+ public:
+  GraphPort(Graph& graph, GraphListener& listener) : graph_(graph), link_(graph.join(listener)) {}
+  ~GraphPort() override { graph_.leave(link_); }
+  GraphPort(const GraphPort&) = delete;
+  GraphPort& operator=(const GraphPort&) = delete;
+
+ private:
+  Graph& graph_;
+  const std::uint32_t link_;
+};
+
 /// The interface of a container to one Node. The runtime half may outlive the node, as long as the container needs it.
 class Host : public NodeHost {
  public:
@@ -23,6 +36,12 @@ class Host : public NodeHost {
                                                           MessageCallback callback,
                                                           const NodeRuntime::GroupPointer& group) override {
     return node_->create_subscription(spec, taking, callback, group);
+  }
+  std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, ReadyListener& listener) override {
+    return node_->create_reader(spec, listener);
+  }
+  std::unique_ptr<GraphWatchHandle> watch_graph(GraphListener& listener) override {
+    return std::make_unique<GraphPort>(node_->commons().broker, listener);
   }
   std::unique_ptr<StatusEventHandle> create_status_event(PlainCallback callback,
                                                          const NodeRuntime::GroupPointer& group) override {

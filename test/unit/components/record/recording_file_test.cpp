@@ -9,22 +9,12 @@
 #include <filesystem>
 
 #include "nacelle/base/file_fault.hpp"
+#include "temporary_folder.hpp"
 
 namespace nacelle::record {
 namespace {
 
-class RecordingFileTest : public testing::Test {
- protected:
-  void SetUp() override {
-    std::string pattern = testing::TempDir() + "nacelle-record-XXXXXX";
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string path(const char* name) const { return folder_ + "/" + name; }
-
-  std::string folder_;
-};
+using RecordingFileTest = TemporaryFolder;
 
 TEST_F(RecordingFileTest, has_what_was_written_and_is_never_overwritten) {
   auto sink = FileSink::create(path("a"));

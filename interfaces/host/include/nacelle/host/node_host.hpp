@@ -17,6 +17,7 @@
 
 namespace nacelle {
 
+class GraphListener;
 class ParameterStore;
 
 /// Runs a subscription's callback for one message. For Taking::Own it takes over the block's reference; for Taking::Share it
@@ -56,6 +57,11 @@ class SubscriptionHandle {
  public:
   virtual ~SubscriptionHandle() = default;
   [[nodiscard]] virtual Reader& reader() = 0;
+};
+/// A GraphListener is told until this is destroyed.
+class GraphWatchHandle {
+ public:
+  virtual ~GraphWatchHandle() = default;
 };
 /// Runs a callback after an endpoint's status has changed; several changes may share one run.
 class StatusEventHandle {
@@ -120,6 +126,12 @@ class NodeHost {
   [[nodiscard]] virtual std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) = 0;
   [[nodiscard]] virtual std::unique_ptr<SubscriptionHandle> create_subscription(
       const EndpointSpec& spec, Taking taking, MessageCallback callback, const CallbackGroup::SharedPtr& group) = 0;
+  /// For a component that reads on a thread of its own. The listener is told as Transport::create_reader() says and outlives the
+  /// reader. The node's gate does not close it. Threads: any.
+  [[nodiscard]] virtual std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, ReadyListener& listener) = 0;
+  /// Tells the listener of all endpoints of the container, and of each change. Those of other processes are among them as far as
+  /// somebody here reads or writes their topic. The listener outlives the handle. Threads: any.
+  [[nodiscard]] virtual std::unique_ptr<GraphWatchHandle> watch_graph(GraphListener& listener) = 0;
   /// To be made before the endpoint that tells its listener, and to outlive it. Runs also behind a closed lifecycle gate.
   [[nodiscard]] virtual std::unique_ptr<StatusEventHandle> create_status_event(
       PlainCallback callback, const CallbackGroup::SharedPtr& group) = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "graph_commands/topic_listener.hpp"
+#include "cli/topic_listener.hpp"
 
 #include <poll.h>
 

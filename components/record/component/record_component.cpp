@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/component/record_component.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <ctime>
+#include <utility>
+
+namespace nacelle::record {
+namespace {
+
+constexpr const char* kEnded = "RECORDING_ENDED";
+constexpr std::uint64_t kMegabyte = 1000 * 1000;
+
+ParameterDescriptor fixed(std::string description) {
+  return {std::move(description), "", true, false, std::nullopt, std::nullopt};
+}
+ParameterDescriptor counted(std::string description, std::int64_t from, std::int64_t to) {
+  return {std::move(description), "", true, false, IntegerRange{from, to, 0}, std::nullopt};
+}
+
+/// The pattern's %Y, %m, ... are replaced as in date(1), in the machine's time zone. Empty: rosbag2's name.
+std::string folder_of(const std::string& pattern, WallTime now) {
+  const std::string given = pattern.empty() ? "rosbag2_%Y_%m_%d-%H_%M_%S" : pattern;
+  if (given.find('%') == std::string::npos) return given;
+  const auto seconds = static_cast<std::time_t>(now.since_origin / 1s);
+  std::tm parts{};
+  ::localtime_r(&seconds, &parts);
+  std::string text(given.size() + 256, '\0');
+  text.resize(std::strftime(text.data(), text.size(), given.c_str(), &parts));
+  return text;
+}
+
+void add(diagnostic_msgs::msg::DiagnosticStatus& status, std::string key, std::string value) {
+  auto& entry = status.values.emplace_back();
+  entry.key = std::move(key);
+  entry.value = std::move(value);
+}
+
+double megabytes(std::uint64_t bytes) { return static_cast<double>(bytes) / kMegabyte; }
+
+}  // namespace
+
+RecordComponent::RecordComponent(const NodeOptions& options) : LifecycleNode("rosbag2_recorder", options) {
+  auto choice = TopicChoice::make(declare_topics());
+  if (choice) {
+    choice_ = std::move(choice).value();
+    if (!choice_->is_any())
+      note({Place::of_parameter("record.topics"), "no topic is chosen",
+            "set record.all_topics, record.topics or record.regex"});
+  } else {
+    Problem problem = choice.error();
+    problem.where = Place::of_parameter("record." + problem.where.text());
+    note(problem);
+  }
+  declare_storage();
+  diagnostics_ = create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", QoS(10));
+  timer_ = create_wall_timer(1s, [this] { report(); });
+  offer_services();
+}
+
+RecordComponent::~RecordComponent() { stop(); }
+
+TopicWish RecordComponent::declare_topics() {
+  TopicWish wish;
+  wish.all = declare_parameter("record.all_topics", false, fixed("Record every topic of the container."));
+  wish.topics = declare_parameter<std::vector<std::string>>("record.topics", {}, fixed("Topics to record."));
+  for (std::string& topic : wish.topics) topic = resolve_topic_name(topic);
+  wish.regex = declare_parameter("record.regex", "",
+                                 fixed("And topics in which this regular expression (ECMAScript) is found."));
+  wish.exclude_regex = declare_parameter("record.exclude_regex", "", fixed("But none in which this one is found."));
+  wish.exclude_topics = declare_parameter<std::vector<std::string>>("record.exclude_topics", {}, fixed("Nor these."));
+  for (std::string& topic : wish.exclude_topics) topic = resolve_topic_name(topic);
+  wish.hidden = declare_parameter("record.include_hidden_topics", false,
+                                  fixed("Of all topics, take those with a part that begins with '_', too."));
+  starts_paused_ = declare_parameter("record.start_paused", false, fixed("Wait for ~/resume."));
+  return wish;
+}
+
+void RecordComponent::declare_storage() {
+  storage_.folder = declare_parameter(
+      "storage.uri", "",
+      fixed("The folder to make; %Y, %m, %d, %H, %M and %S stand for its time. Empty: rosbag2_%Y_%m_%d-%H_%M_%S."));
+  const auto id = declare_parameter("storage.storage_id", "mcap", fixed("The format: mcap."));
+  if (id != "mcap") {
+    note({Place::of_parameter("storage.storage_id"), "'" + id + "' is not a format that is written", "set mcap"});
+  }
+  const auto compression = declare_parameter("storage.compression", "none", fixed("Of chunks: none, lz4 or zstd."));
+  const auto known = compression_of(compression == "none" ? "" : compression);
+  if (known && !compression.empty()) {
+    storage_.compression = *known;
+  } else {
+    note({Place::of_parameter("storage.compression"), "'" + compression + "' is not a compression",
+          suggestion(compression, {"none", "lz4", "zstd"})});
+  }
+  storage_.max_file_bytes = static_cast<std::uint64_t>(declare_parameter<std::int64_t>(
+      "storage.max_bagfile_size", 0, counted("Bytes after which another file begins; 0: never.", 0, INT64_MAX)));
+  storage_.max_file_duration =
+      1s *
+      declare_parameter<std::int64_t>("storage.max_bagfile_duration", 0,
+                                      counted("Seconds after which another file begins; 0: never.", 0, 1'000'000'000));
+  storage_.keep_free =
+      kMegabyte *
+      static_cast<std::uint64_t>(declare_parameter<std::int64_t>(
+          "storage.keep_free", 64, counted("Megabytes of the file system that are left to others.", 1, 1'000'000'000)));
+  storage_.most_waiting =
+      kMegabyte * static_cast<std::uint64_t>(declare_parameter<std::int64_t>(
+                      "storage.max_cache_size", 32, counted("Megabytes that may wait for the disk.", 4, 4096)));
+}
+
+void RecordComponent::offer_services() {
+  namespace srv = rosbag2_interfaces::srv;
+  services_.push_back(create_service<srv::Pause>(
+      "~/pause", [this](const srv::Pause::Request&, srv::Pause::Response&) { recorder_->pause(true); }));
+  services_.push_back(create_service<srv::Resume>(
+      "~/resume", [this](const srv::Resume::Request&, srv::Resume::Response&) { recorder_->pause(false); }));
+  services_.push_back(create_service<srv::TogglePaused>(
+      "~/toggle_paused", [this](const srv::TogglePaused::Request&, srv::TogglePaused::Response&) {
+        recorder_->pause(!recorder_->is_paused());
+      }));
+  services_.push_back(create_service<srv::IsPaused>(
+      "~/is_paused", [this](const srv::IsPaused::Request&, srv::IsPaused::Response& response) {
+        response.paused = recorder_->is_paused();
+      }));
+  services_.push_back(create_service<srv::SplitBagfile>(
+      "~/split_bagfile",
+      [this](const srv::SplitBagfile::Request&, srv::SplitBagfile::Response&) { recorder_->split(); }));
+}
+
+void RecordComponent::note(Problem problem) {
+  declare_problem(problem);
+  if (!problem_) problem_ = std::move(problem);
+}
+
+CallbackReturn RecordComponent::on_configure(const State&) {
+  return problem_ ? refuse(*problem_) : CallbackReturn::SUCCESS;
+}
+
+CallbackReturn RecordComponent::on_activate(const State&) {
+  RecordingOptions storage = storage_;
+  storage.folder = folder_of(storage_.folder, SystemClock{}.wall_now());
+  auto recording = Recording::begin(std::move(storage));
+  if (!recording) return refuse(recording.error());
+  get_logger().info("recording into {}", (*recording)->folder());
+  recorder_ = std::make_unique<Recorder>(GenericTopics{host(), get_fully_qualified_name()},
+                                         Recorder::Options{*choice_, starts_paused_}, std::move(*recording),
+                                         [this](const Problem& problem) {
+                                           get_logger().error("the recording has ended: {}", problem.text());
+                                           open_fault(kEnded, problem.text());
+                                         });
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn RecordComponent::on_deactivate(const State&) {
+  stop();
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn RecordComponent::on_error(const State&) {
+  stop();
+  return CallbackReturn::SUCCESS;
+}
+
+void RecordComponent::stop() {
+  if (!recorder_) return;
+  const auto problem = recorder_->stop();
+  const RecorderFigures figures = recorder_->figures();
+  if (problem) get_logger().error("the recording is not complete: {}", problem->text());
+  get_logger().info("recorded {} messages ({:.1f} MB) into {}{}", figures.messages, megabytes(figures.bytes),
+                    figures.folder, figures.lost == 0 ? "" : fmt::format("; {} were lost", figures.lost));
+  close_fault(kEnded);
+  recorder_.reset();
+}
+
+void RecordComponent::report() {
+  const RecorderFigures figures = recorder_->figures();
+  auto message = diagnostics_->borrow();
+  if (!message) return;
+  message->header.stamp = now();
+  message->header.frame_id.clear();
+  message->status.resize(1);
+  auto& status = message->status.front();
+  using Level = diagnostic_msgs::msg::DiagnosticStatus;
+  status.name = get_name() + ": recording";
+  status.hardware_id.clear();
+  status.level = figures.problem ? Level::ERROR : figures.lost > 0 ? Level::WARN : Level::OK;
+  status.message = figures.problem          ? figures.problem->text()
+                   : recorder_->is_paused() ? "paused"
+                   : figures.lost > 0       ? fmt::format("{} messages were lost", figures.lost)
+                                            : "recording";
+  status.values.clear();
+  add(status, "folder", figures.folder);
+  add(status, "file", figures.file);
+  add(status, "files", std::to_string(figures.files));
+  add(status, "seconds", fmt::format("{:.1f}", to_seconds(figures.recorded)));
+  add(status, "bytes", std::to_string(figures.bytes));
+  add(status, "messages", std::to_string(figures.messages));
+  add(status, "topics", std::to_string(figures.topics.size()));
+  add(status, "lost", std::to_string(figures.lost));
+  for (const auto& topic : figures.topics) {
+    if (topic.lost_in_queue > 0) add(status, "lost in queue: " + topic.name, std::to_string(topic.lost_in_queue));
+    if (topic.lost_to_disk > 0) add(status, "lost to disk: " + topic.name, std::to_string(topic.lost_to_disk));
+  }
+  diagnostics_->publish(std::move(message));
+}
+
+}  // namespace nacelle::record

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "nacelle/base/mutex.hpp"
+#include "nacelle/node/generic_topics.hpp"
+#include "record/component/recording.hpp"
+#include "record/model/topic_choice.hpp"
+
+namespace nacelle::record {
+
+/// What a recorder has done so far.
+struct RecorderFigures {
+  struct Topic {
+    std::string name, type;
+    std::uint64_t messages = 0, bytes = 0;
+    std::uint64_t lost_in_queue = 0;  ///< The recorder's thread was too late.
+    std::uint64_t lost_to_disk = 0;   ///< The disk was too slow.
+  };
+  std::string folder, file;
+  std::vector<Topic> topics;
+  std::size_t files = 0;
+  std::uint64_t bytes = 0, messages = 0, lost = 0;
+  Duration recorded{};             ///< Since its start.
+  std::optional<Problem> problem;  ///< It has ended by itself.
+};
+
+/// Records the topics of a container on a thread of its own, which shares the publishers' messages and encodes each once. New publishers are
+/// found while it records.
+///
+/// A topic is read best_effort if one of its publishers is, and with its history if all of its publishers keep one.
+/// Threads: construct and destroy on the component's executor; the other functions on any. Allocates: for new topics and chunks.
+class Recorder final : private GraphListener {
+ public:
+  struct Options {
+    TopicChoice choice;
+    bool starts_paused = false;
+  };
+  /// `on_end`: the recording ended by itself; called once, on the recorder's thread. What the topics are of outlives the recorder.
+  Recorder(GenericTopics topics, Options options, std::unique_ptr<Recording> recording,
+           std::function<void(const Problem&)> on_end);
+  /// Ends the recording as stop() does.
+  ~Recorder() override;
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+
+  /// Takes what is in the queues, completes the recording and waits for the disk. Returns what went wrong at that. A second call does
+  /// nothing.
+  std::optional<Problem> stop();
+  /// Messages that come while it is paused are not recorded, and do not count as lost. Topics whose publishers keep their messages for late
+  /// readers are recorded all the same.
+  void pause(bool is_paused) { is_paused_ = is_paused; }
+  [[nodiscard]] bool is_paused() const { return is_paused_; }
+  /// Continues in another file.
+  void split();
+  [[nodiscard]] RecorderFigures figures() const;
+
+ private:
+  using Key = std::pair<std::string, const msgs::MessageType*>;
+  struct Stream;
+  struct Change {
+    std::uint64_t writer = 0;
+    std::optional<EndpointInfo> made;  // not set: it is gone
+  };
+  void on_made(const EndpointInfo& endpoint) noexcept override;
+  void on_gone(std::uint64_t id) noexcept override;
+  void on_gate(std::uint64_t, bool) noexcept override {}
+  void on_life(std::uint64_t) noexcept override {}
+  void on_left(std::uint64_t) noexcept override {}
+
+  void run();
+  [[nodiscard]] bool wait();
+  void take_changes();
+  void read(const Key& key);
+  void take_messages(Stream& stream);
+  void note_figures();
+  void note_ready(Stream& stream) noexcept;
+
+  GenericTopics topics_;
+  const Options options_;
+  const std::function<void(const Problem&)> on_end_;
+  std::unique_ptr<Recording> recording_;  // of the thread until it has ended
+  MonotonicTime begun_;
+  std::atomic<bool> is_paused_;
+
+  mutable Mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<Change> changes_ NACELLE_GUARDED_BY(mutex_);
+  std::vector<Stream*> ready_ NACELLE_GUARDED_BY(mutex_);
+  bool is_sleeping_ NACELLE_GUARDED_BY(mutex_) = false,
+                    is_ending_ NACELLE_GUARDED_BY(mutex_) = false, splits_ NACELLE_GUARDED_BY(mutex_) = false;
+  RecorderFigures figures_ NACELLE_GUARDED_BY(mutex_);
+
+  // The thread's own.
+  std::map<std::uint64_t, std::pair<Key, QoS>> writers_;
+  std::map<Key, std::unique_ptr<Stream>> streams_;
+  std::vector<Change> changes_now_;
+  std::vector<Stream*> ready_now_;
+  MonotonicTime figures_due_{};
+
+  std::unique_ptr<GraphWatchHandle> graph_;
+  std::thread thread_;
+};
+
+}  // namespace nacelle::record

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/component/recording.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "nacelle/base/file_fault.hpp"
+
+namespace nacelle::record {
+namespace {
+
+constexpr Duration kChunkTime = 1s;
+
+}  // namespace
+
+Recording::Recording(RecordingOptions options) : options_(std::move(options)), disk_(options_.most_waiting) {}
+
+Result<std::unique_ptr<Recording>, Problem> Recording::begin(RecordingOptions options) {
+  std::error_code error;
+  const std::filesystem::path folder{options.folder};
+  if (folder.has_parent_path()) std::filesystem::create_directories(folder.parent_path(), error);
+  if (!error && !std::filesystem::create_directory(folder, error) && !error)
+    return err(Problem{Place{options.folder, 0}, "exists already",
+                       "name another folder, or one with a time: bag_%Y%m%d_%H%M%S", FileFault::Unwritable});
+  if (error)
+    return err(Problem{Place{options.folder, 0}, "cannot be made: " + error.message(),
+                       "name a folder that this user may write to", FileFault::Unwritable});
+  std::unique_ptr<Recording> made{new Recording{std::move(options)}};
+  if (auto problem = made->open_file()) return err(std::move(*problem));
+  return made;
+}
+
+std::size_t Recording::add_topic(const std::string& name, const msgs::MessageType& type, std::vector<QoS> offered) {
+  const auto known = std::find_if(topics_.begin(), topics_.end(),
+                                  [&](const Topic& topic) { return topic.type == &type && topic.known.name == name; });
+  if (known != topics_.end()) return static_cast<std::size_t>(known - topics_.begin());
+  topics_.push_back({{name, type.name, type.hash, std::move(offered)}, &type});
+  channels_.emplace_back();
+  return topics_.size() - 1;
+}
+
+std::optional<Problem> Recording::open_file() {
+  const std::string name =
+      fmt::format("{}_{}.mcap", std::filesystem::path{options_.folder}.filename().string(), metadata_.files.size());
+  path_ = (std::filesystem::path{options_.folder} / name).string();
+  auto file = FileSink::create(path_);
+  if (!file) return file.error();
+  sink_ = std::make_unique<QueuedFile>(disk_, std::shared_ptr<FileSink>{std::move(*file)});
+  writer_ = std::make_unique<McapWriter>(*sink_, McapWriterOptions{.compression = options_.compression});
+  metadata_.files.push_back({name});
+  channels_.assign(topics_.size(), std::nullopt);
+  if (!writer_->start()) return disk_.problem();
+  return std::nullopt;
+}
+
+void Recording::close_file() {
+  if (!writer_) return;
+  BagMetadata known = metadata_;
+  for (const Topic& topic : topics_) known.topics.push_back(topic.known);
+  const bool is_complete = writer_->close_chunk() &&
+                           writer_->write_metadata({"rosbag2", {{"serialized_metadata", metadata_yaml(known)}}}) &&
+                           writer_->finish();
+  if (!is_complete && !problem_) problem_ = disk_.problem();
+  earlier_bytes_ += writer_->written();
+  writer_.reset();
+  sink_.reset();
+}
+
+void Recording::end(Problem problem) {
+  problem_ = std::move(problem);
+  close_file();
+}
+
+void Recording::split() {
+  if (!writer_) return;
+  close_file();
+  if (problem_) return;
+  if (auto problem = open_file()) end(std::move(*problem));
+}
+
+std::uint64_t Recording::bytes() const {
+  return earlier_bytes_ + (writer_ ? writer_->written() + writer_->pending() : 0);
+}
+
+// What the open chunk and the summary take must be left, or the file would not be complete.
+bool Recording::has_space() {
+  constexpr std::uint64_t kSummary = std::uint64_t{1} << 20U;
+  return disk_.free_bytes() >= options_.keep_free + writer_->pending() + kSummary;
+}
+
+std::uint16_t Recording::channel_of(std::size_t index) {
+  auto& channel = channels_[index];
+  if (channel) return *channel;
+  const Topic& topic = topics_[index];
+  const auto schema = writer_->add_schema(topic.known.type, "ros2msg", topic.type->definition);
+  if (schema) {
+    channel = writer_->add_channel(
+        *schema, topic.known.name, "cdr",
+        {{"offered_qos_profiles", offered_qos_profiles(topic.known.offered)}, {"topic_type_hash", topic.known.hash}});
+  }
+  return channel.value_or(0);
+}
+
+void Recording::write(std::size_t index, const void* message, std::uint64_t log_time, std::uint64_t publish_time) {
+  if (!writer_) return;
+  Topic& topic = topics_[index];
+  const std::size_t size = topic.type->encoded_size(message);
+  if (disk_.room() < writer_->pending() + size) {
+    ++topic.lost;
+    return;
+  }
+  if (!has_space()) {
+    return end({Place{options_.folder, 0},
+                fmt::format("the disk is full: {} MB are free, and {} MB of them are left to others",
+                            disk_.free_bytes() >> 20U, options_.keep_free >> 20U),
+                "make room, or lower storage.keep_free"});
+  }
+  const bool begins_chunk = writer_->pending() == 0;
+  const McapMessage record{channel_of(index), 0, log_time, publish_time, {}};
+  const bool done = record.channel_id != 0 &&
+                    writer_->write(record, size, [&](ByteSpan out) { topic.type->encode(message, out.data()); });
+  if (!done) {
+    return end(disk_.problem().value_or(Problem{Place{path_, 0}, "an MCAP file holds at most 65,535 topics",
+                                                "record fewer: storage.max_bagfile_size splits files"}));
+  }
+  if (begins_chunk) chunk_begun_ = now_;
+  BagFile& file = metadata_.files.back();
+  file.first = file.messages == 0 ? log_time : std::min(file.first, log_time);
+  file.last = std::max(file.last, log_time);
+  ++file.messages;
+  ++messages_;
+  ++topic.known.messages;
+  topic.bytes += size;
+  if (options_.max_file_bytes != 0 && writer_->written() + writer_->pending() >= options_.max_file_bytes)
+    return split();
+  const auto longest = static_cast<std::uint64_t>(options_.max_file_duration.count());
+  if (longest != 0 && file.last - file.first >= longest) split();
+}
+
+void Recording::look_at_time(MonotonicTime now) {
+  now_ = now;
+  if (!writer_) return;
+  if (writer_->pending() > 0 && now - chunk_begun_ >= kChunkTime && !writer_->close_chunk() && disk_.problem())
+    return end(*disk_.problem());
+  if (auto problem = disk_.problem()) end(std::move(*problem));
+}
+
+std::optional<Problem> Recording::finish() {
+  if (std::exchange(is_finished_, true)) return problem_;
+  close_file();
+  disk_.drain();
+  if (!problem_) problem_ = disk_.problem();
+  for (const Topic& topic : topics_) metadata_.topics.push_back(topic.known);
+  auto file = FileSink::create((std::filesystem::path{options_.folder} / "metadata.yaml").string());
+  if (!file) return problem_ ? problem_ : file.error();
+  const bool is_written = (*file)->write(as_bytes(metadata_yaml(metadata_))) && (*file)->sync();
+  if (!is_written && !problem_) problem_ = (*file)->problem();
+  return problem_;
+}
+
+}  // namespace nacelle::record

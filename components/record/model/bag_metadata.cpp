@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/model/bag_metadata.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+
+namespace nacelle::record {
+namespace {
+
+// rmw's infinite time, which is what a duration that is not given means.
+constexpr std::int64_t kInfiniteSeconds = 9223372036, kInfiniteNanoseconds = 854775807;
+
+const char* word_of(History value) { return value == History::KeepAll ? "keep_all" : "keep_last"; }
+const char* word_of(Reliability value) { return value == Reliability::BestEffort ? "best_effort" : "reliable"; }
+const char* word_of(Durability value) { return value == Durability::TransientLocal ? "transient_local" : "volatile"; }
+const char* word_of(Liveliness value) { return value == Liveliness::ManualByTopic ? "manual_by_topic" : "automatic"; }
+
+class Lines {
+ public:
+  template <typename... T>
+  void add(int indent, fmt::format_string<T...> format, T&&... values) {
+    text_.append(static_cast<std::size_t>(indent), ' ');
+    fmt::format_to(std::back_inserter(text_), format, std::forward<T>(values)...);
+    text_ += '\n';
+  }
+  [[nodiscard]] std::string take() { return std::move(text_); }
+
+ private:
+  std::string text_;
+};
+
+void add_duration(Lines& lines, int indent, const char* name, Duration value) {
+  lines.add(indent, "{}:", name);
+  const std::int64_t count = value.count();
+  lines.add(indent + 2, "sec: {}", count == 0 ? kInfiniteSeconds : count / 1'000'000'000);
+  lines.add(indent + 2, "nsec: {}", count == 0 ? kInfiniteNanoseconds : count % 1'000'000'000);
+}
+
+void add_profile(Lines& lines, int indent, const QoS& offered) {
+  const QoS qos = offered.resolved();
+  lines.add(indent, "- history: {}", word_of(qos.history()));
+  lines.add(indent + 2, "depth: {}", qos.depth());
+  lines.add(indent + 2, "reliability: {}", word_of(qos.reliability()));
+  lines.add(indent + 2, "durability: {}", word_of(qos.durability()));
+  add_duration(lines, indent + 2, "deadline", qos.deadline());
+  add_duration(lines, indent + 2, "lifespan", qos.lifespan());
+  lines.add(indent + 2, "liveliness: {}", word_of(qos.liveliness()));
+  add_duration(lines, indent + 2, "liveliness_lease_duration", qos.liveliness_lease_duration());
+  lines.add(indent + 2, "avoid_ros_namespace_conventions: {}", qos.avoid_ros_namespace_conventions());
+}
+
+/// A text in YAML's double quotes.
+std::string quoted(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (static_cast<unsigned char>(c) < 0x20) {
+      fmt::format_to(std::back_inserter(out), "\\x{:02x}", static_cast<unsigned>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
+void add_topic(Lines& lines, const BagTopic& topic) {
+  lines.add(4, "- topic_metadata:");
+  lines.add(8, "name: {}", topic.name);
+  lines.add(8, "type: {}", topic.type);
+  lines.add(8, "serialization_format: cdr");
+  lines.add(8, "offered_qos_profiles:{}", topic.offered.empty() ? " []" : "");
+  for (const QoS& qos : topic.offered) add_profile(lines, 10, qos);
+  lines.add(8, "type_description_hash: {}", topic.hash);
+  lines.add(6, "message_count: {}", topic.messages);
+}
+
+}  // namespace
+
+std::string offered_qos_profiles(const std::vector<QoS>& offered) {
+  Lines lines;
+  for (const QoS& qos : offered) add_profile(lines, 0, qos);
+  return offered.empty() ? "[]" : lines.take();
+}
+
+std::string metadata_yaml(const BagMetadata& metadata) {
+  BagFile whole;
+  for (const BagFile& file : metadata.files) {
+    if (file.messages == 0) continue;
+    whole.first = whole.messages == 0 ? file.first : std::min(whole.first, file.first);
+    whole.last = std::max(whole.last, file.last);
+    whole.messages += file.messages;
+  }
+  Lines lines;
+  lines.add(0, "rosbag2_bagfile_information:");
+  lines.add(2, "version: 9");
+  lines.add(2, "storage_identifier: mcap");
+  lines.add(2, "duration:");
+  lines.add(4, "nanoseconds: {}", whole.last - whole.first);
+  lines.add(2, "starting_time:");
+  lines.add(4, "nanoseconds_since_epoch: {}", whole.first);
+  lines.add(2, "message_count: {}", whole.messages);
+  lines.add(2, "topics_with_message_count:{}", metadata.topics.empty() ? " []" : "");
+  for (const BagTopic& topic : metadata.topics) add_topic(lines, topic);
+  lines.add(2, "compression_format: \"\"");
+  lines.add(2, "compression_mode: \"\"");
+  lines.add(2, "relative_file_paths:{}", metadata.files.empty() ? " []" : "");
+  for (const BagFile& file : metadata.files) lines.add(4, "- {}", quoted(file.name));
+  lines.add(2, "files:{}", metadata.files.empty() ? " []" : "");
+  for (const BagFile& file : metadata.files) {
+    lines.add(4, "- path: {}", quoted(file.name));
+    lines.add(6, "starting_time:");
+    lines.add(8, "nanoseconds_since_epoch: {}", file.first);
+    lines.add(6, "duration:");
+    lines.add(8, "nanoseconds: {}", file.last - file.first);
+    lines.add(6, "message_count: {}", file.messages);
+  }
+  lines.add(2, "custom_data: ~");
+  lines.add(2, "ros_distro: jazzy");
+  return lines.take();
+}
+
+}  // namespace nacelle::record

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/port/disk_queue.hpp"
+
+#include <pthread.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace nacelle::record {
+namespace {
+
+constexpr Duration kSyncEvery = 1s;
+constexpr std::size_t kMostSpare = 4;
+constexpr int kNice = 10;  // the robot's threads come first
+
+}  // namespace
+
+DiskQueue::DiskQueue(std::size_t most_bytes)
+    : most_bytes_(most_bytes), free_bytes_(std::numeric_limits<std::uint64_t>::max()), thread_([this] { run(); }) {}
+
+DiskQueue::~DiskQueue() {
+  {
+    const LockGuard lock{mutex_};
+    is_ending_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+bool DiskQueue::write(const std::shared_ptr<FileSink>& file, ByteView bytes) {
+  {
+    const LockGuard lock{mutex_};
+    if (problem_) return false;
+    Job job{file, {}, false};
+    if (!spare_.empty()) {
+      job.bytes = std::move(spare_.back());
+      spare_.pop_back();
+    }
+    job.bytes.assign(bytes.begin(), bytes.end());
+    waiting_ += bytes.size();
+    jobs_.push_back(std::move(job));
+  }
+  changed_.notify_all();
+  return true;
+}
+
+void DiskQueue::close(std::shared_ptr<FileSink> file) {
+  {
+    const LockGuard lock{mutex_};
+    jobs_.push_back({std::move(file), {}, true});
+  }
+  changed_.notify_all();
+}
+
+void DiskQueue::drain() {
+  UniqueLock lock{mutex_};
+  changed_.wait(lock.raw(), [this]() NACELLE_REQUIRES(mutex_) { return jobs_.empty() && !is_busy_; });
+}
+
+std::size_t DiskQueue::room() const {
+  const LockGuard lock{mutex_};
+  return most_bytes_ - std::min(most_bytes_, waiting_);
+}
+
+std::optional<Problem> DiskQueue::problem() const {
+  const LockGuard lock{mutex_};
+  return problem_;
+}
+
+std::uint64_t DiskQueue::free_bytes() const {
+  const LockGuard lock{mutex_};
+  const std::uint64_t free = free_bytes_;
+  return free - std::min<std::uint64_t>(free, waiting_);
+}
+
+void DiskQueue::note(const FileSink& file) {
+  const LockGuard lock{mutex_};
+  if (!problem_) problem_ = file.problem();
+}
+
+void DiskQueue::sync(FileSink& file) {
+  if (!file.sync()) note(file);
+  if (unsynced_.get() == &file) unsynced_.reset();
+}
+
+void DiskQueue::run_job(Job& job) {
+  if (!job.bytes.empty()) {
+    if (!job.file->write(job.bytes)) return note(*job.file);
+    if (!unsynced_) sync_at_ = clock_.now() + kSyncEvery;
+    unsynced_ = job.file;
+    free_bytes_ = job.file->free_bytes();
+  }
+  if (job.closes) sync(*job.file);
+  if (unsynced_ && clock_.now() >= sync_at_) sync(*std::shared_ptr{unsynced_});
+}
+
+void DiskQueue::run() {
+  ::pthread_setname_np(::pthread_self(), "record_disk");
+  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice);
+  const auto has_work = [this]() NACELLE_REQUIRES(mutex_) { return !jobs_.empty() || is_ending_; };
+  UniqueLock lock{mutex_};
+  for (;;) {
+    if (unsynced_) {
+      const Duration left = std::max(sync_at_ - clock_.now(), Duration::zero());
+      if (!changed_.wait_for(lock.raw(), left, has_work)) {
+        lock.unlock();
+        sync(*std::shared_ptr{unsynced_});
+        lock.lock();
+        continue;
+      }
+    } else {
+      changed_.wait(lock.raw(), has_work);
+    }
+    if (jobs_.empty()) break;
+    Job job = std::move(jobs_.front());
+    jobs_.pop_front();
+    const bool has_failed = problem_.has_value();
+    is_busy_ = true;
+    lock.unlock();
+    if (!has_failed) run_job(job);
+    job.file.reset();  // closing a file may take its time
+    lock.lock();
+    is_busy_ = false;
+    waiting_ -= job.bytes.size();
+    if (spare_.size() < kMostSpare && !job.bytes.empty()) spare_.push_back(std::move(job.bytes));
+    changed_.notify_all();
+  }
+  lock.unlock();
+  if (unsynced_) sync(*std::shared_ptr{unsynced_});
+}
+
+}  // namespace nacelle::record

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "nacelle/host/graph.hpp"
+#include "nacelle/host/node_host.hpp"
+
+namespace nacelle {
+
+/// Readers and writers of topics whose names and types are known at run time only, as a recorder and a player need them:
+/// `GenericTopics topics{host(), get_fully_qualified_name()}`.
+///
+/// Names are full and remapped (Node::resolve_topic_name()). The host outlives this object and what it makes. Threads: any, except write().
+class GenericTopics {
+ public:
+  GenericTopics(NodeHost& host, std::string node) : host_(host), node_(std::move(node)) {}
+
+  [[nodiscard]] const Clock& clock() const { return host_.clock(); }
+  /// Tells the listener of all endpoints of the container and of each change, until the handle goes. Those of other processes are among them
+  /// as far as somebody here reads or writes their topic.
+  [[nodiscard]] std::unique_ptr<GraphWatchHandle> watch(GraphListener& listener) { return host_.watch_graph(listener); }
+  /// Returns a reader for a thread of the component's own; the listener outlives it. The node's lifecycle gate does not close it.
+  [[nodiscard]] std::unique_ptr<Reader> read(const std::string& topic, const msgs::MessageType& type, const QoS& qos,
+                                             ReadyListener& listener) {
+    return host_.create_reader(spec(topic, type, qos), listener);
+  }
+  /// Returns a writer behind the node's lifecycle gate. Threads: the component's executor.
+  [[nodiscard]] std::unique_ptr<Writer> write(const std::string& topic, const msgs::MessageType& type, const QoS& qos) {
+    return host_.create_writer(spec(topic, type, qos));
+  }
+
+ private:
+  [[nodiscard]] EndpointSpec spec(const std::string& topic, const msgs::MessageType& type, const QoS& qos) const {
+    EndpointSpec made;
+    made.topic = topic;
+    made.type = &type;
+    made.qos = qos;
+    made.node = node_;
+    return made;
+  }
+
+  NodeHost& host_;
+  std::string node_;
+};
+
+}  // namespace nacelle

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`nacelle bag record` and the recorder in a launch file, with a simulated robot."""
+import json
+import os
+import pathlib
+import signal
+import time
+import unittest
+
+from robot import RobotTest, RunningRobotTest, interrupt, wait_for
+
+RECORDER = """
+    - pkg: nacelle_record
+      plugin: nacelle::record::RecordComponent
+      name: rosbag2_recorder
+      param: [{name: record.all_topics, value: true}, {name: storage.uri, value: FOLDER/bag}]
+"""
+KILLS = int(os.environ.get("NACELLE_KILLS", "2"))  # at night: 100
+
+
+class Recorder:
+    """What the classes share."""
+
+    def info(self, bag):
+        return json.loads(self.expect_exit(self.run_program("bag", "info", bag, "--json"), 0).stdout)
+
+    def counts(self, bag):
+        return {topic["name"]: topic["messages"] for topic in self.info(bag)["topics"]}
+
+    def start_recording(self, bag, *words):
+        recorder = self.start_program("bag", "record", "-o", bag, *words)
+        self.assertIn("Recording into", recorder.stdout.readline())
+        return recorder
+
+    def end(self, recorder):
+        interrupt(recorder)
+        words = recorder.stdout.read()
+        recorder.stdout.close()
+        self.assertEqual(recorder.returncode, 0, words)
+        self.assertIn("is complete", words)
+        self.assertNotIn("lost", words)
+
+
+class Record(Recorder, RunningRobotTest):
+    def test_a_whole_robot_is_recorded_without_a_loss(self):
+        bag = self.folder / "all"
+        recorder = self.start_recording(bag, "-a", "--compression", "lz4")
+        before = self.streams()["/odom"]["published"]
+        wait_for("two seconds of odometry", lambda: self.streams()["/odom"]["published"] > before + 100)
+        self.end(recorder)
+        self.expect_exit(self.run_program("bag", "check", bag), 0)
+        found = self.info(bag)
+        self.assertEqual(found["compression"], "lz4")
+        counts = self.counts(bag)
+        for topic in ("/camera/image_raw", "/scan", "/imu/data_raw", "/odom", "/odometry/filtered", "/tf", "/diagnostics"):
+            self.assertGreater(counts.get(topic, 0), 1, topic)
+        for topic in ("/tf_static", "/robot_description"):  # published long before
+            self.assertEqual(counts.get(topic), 1, topic)
+        self.assertGreater(counts["/odom"], 90)
+        metadata = (bag / "metadata.yaml").read_text()
+        self.assertIn(f"  message_count: {found['messages']}\n", metadata)
+        self.assertNotIn("rosbag2_recorder", self.run_program("component", "list").stdout)
+
+    def test_it_ends_by_itself_and_splits_files(self):
+        bag = self.folder / "split"
+        done = self.expect_exit(self.run_program("bag", "record", "/odom", "-e", "^/im", "-x", "raw$", "-d", "1", "--for", "3", "-o", bag), 0)
+        self.assertIn(f"{bag} is complete\n", done.stdout)
+        self.assertEqual(set(self.counts(bag)), {"/odom", "/imu/data", "/imu/mag", "/imu/temperature"})
+        self.assertGreaterEqual(len(self.info(bag)["files"]), 3)
+        refused = self.run_program("bag", "record", "-a", "-o", bag)
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("exists already", refused.stderr)
+        self.assertNotIn("rosbag2_recorder", self.run_program("component", "list").stdout, "nothing of it stays")
+
+    def test_its_services_are_those_of_rosbag2(self):
+        def call(service, kind):
+            return self.expect_exit(self.run_program("service", "call", f"/rosbag2_recorder/{service}", f"rosbag2_interfaces/srv/{kind}"), 0).stdout
+
+        bag = self.folder / "paused"
+        recorder = self.start_recording(bag, "/odom", "/tf_static", "--start-paused")
+        self.assertIn("true", call("is_paused", "IsPaused").lower())
+        call("split_bagfile", "SplitBagfile")
+        wait_for("a second file", (bag / "paused_1.mcap").exists)
+        call("resume", "Resume")
+        self.assertIn("false", call("is_paused", "IsPaused").lower())
+        before = self.streams()["/odom"]["published"]
+        wait_for("odometry", lambda: self.streams()["/odom"]["published"] > before + 20)
+        call("pause", "Pause")
+        self.end(recorder)
+        found = self.info(bag)
+        first, second = (self.counts(bag / f"paused_{number}.mcap") for number in (0, 1))
+        self.assertEqual(first, {"/tf_static": 1}, "what stays is not lost in a pause")
+        self.assertGreater(second["/odom"], 15)
+        self.assertEqual(found["messages"], 1 + second["/odom"])
+
+    def test_wrong_words_are_refused(self):
+        for words, code, what in ((("record",), 2, "no topic is chosen"), (("record", "-e", "("), 2, "no regular expression"),
+                                  (("record", "a b"), 2, "a b")):  # fmt: skip
+            with self.subTest(words=words):
+                refused = self.run_program("bag", *words)
+                self.assertEqual(refused.returncode, code, refused.stderr)
+                self.assertIn(what, refused.stderr)
+
+
+class Killed(Recorder, RobotTest):
+    def test_a_killed_robot_leaves_all_but_the_last_two_seconds(self):
+        source = pathlib.Path(os.environ["NACELLE_LAUNCH_FILE"])
+        for number in range(KILLS):
+            with self.subTest(number=number):
+                folder = self.folder / str(number)
+                folder.mkdir()
+                file = folder / "recorded.launch.yaml"
+                file.write_text(source.read_text() + RECORDER.replace("FOLDER", str(folder)))
+                robot = self.start_program("launch", file, "sim:=true", f"sim_dir:={folder}/sim", "--name", f"robot{number}",
+                                           f"config:={source.parent}/config/robot.yaml", f"description:={source.parent}/robot.urdf")  # fmt: skip
+                self.addCleanup(robot.stdout.close)
+                self.addCleanup(interrupt, robot)
+                bag = folder / "bag" / "bag_0.mcap"
+                wait_for("some megabytes", lambda: bag.exists() and bag.stat().st_size > 3e6 * (1 + number % 7))  # noqa: B023
+                os.killpg(robot.pid, signal.SIGKILL)
+                killed = time.time()
+                robot.wait()
+                self.assertEqual(self.run_program("bag", "info", bag).returncode, 1, "it has no end")
+                whole = folder / "whole.mcap"
+                self.expect_exit(self.run_program("bag", "recover", bag, "-o", whole), 0)
+                self.expect_exit(self.run_program("bag", "check", whole), 0)
+                self.assertLess(killed - self.info(whole)["end_ns"] * 1e-9, 2.0)
+                whole.unlink()
+                bag.unlink()
+
+
+class Absent(RobotTest):
+    def test_without_a_robot_there_is_nothing_to_record(self):
+        self.assertEqual(self.run_program("bag", "record", "-a").returncode, 3)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record/model/bag_metadata.hpp"
+
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+namespace nacelle::record {
+namespace {
+
+TEST(BagMetadata, writes_profiles_in_rosbag2s_words) {
+  const auto all = YAML::Load(offered_qos_profiles({QoS(10), QoS(5).best_effort().transient_local().deadline(1500ms)}));
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0]["history"].as<std::string>(), "keep_last");
+  EXPECT_EQ(all[0]["depth"].as<int>(), 10);
+  EXPECT_EQ(all[0]["reliability"].as<std::string>(), "reliable");
+  EXPECT_EQ(all[0]["durability"].as<std::string>(), "volatile");
+  EXPECT_EQ(all[0]["deadline"]["sec"].as<std::int64_t>(), 9223372036);
+  EXPECT_EQ(all[0]["deadline"]["nsec"].as<std::int64_t>(), 854775807);
+  EXPECT_EQ(all[0]["liveliness"].as<std::string>(), "automatic");
+  EXPECT_FALSE(all[0]["avoid_ros_namespace_conventions"].as<bool>());
+  EXPECT_EQ(all[1]["reliability"].as<std::string>(), "best_effort");
+  EXPECT_EQ(all[1]["durability"].as<std::string>(), "transient_local");
+  EXPECT_EQ(all[1]["deadline"]["sec"].as<std::int64_t>(), 1);
+  EXPECT_EQ(all[1]["deadline"]["nsec"].as<std::int64_t>(), 500'000'000);
+  EXPECT_EQ(YAML::Load(offered_qos_profiles({})).size(), 0U);
+}
+
+TEST(BagMetadata, adds_the_files_up) {
+  BagMetadata known;
+  known.topics.push_back({"/scan", "sensor_msgs/msg/LaserScan", "RIHS01_00", {QoS(5)}, 7});
+  known.files = {{"a \"b\"_0.mcap", 5, 1000, 3000}, {"empty", 0, 0, 0}, {"a_1.mcap", 2, 2500, 6000}};
+  const auto bag = YAML::Load(metadata_yaml(known))["rosbag2_bagfile_information"];
+  EXPECT_EQ(bag["version"].as<int>(), 9);
+  EXPECT_EQ(bag["storage_identifier"].as<std::string>(), "mcap");
+  EXPECT_EQ(bag["starting_time"]["nanoseconds_since_epoch"].as<int>(), 1000);
+  EXPECT_EQ(bag["duration"]["nanoseconds"].as<int>(), 5000);
+  EXPECT_EQ(bag["message_count"].as<int>(), 7);
+  EXPECT_EQ(bag["relative_file_paths"][0].as<std::string>(), "a \"b\"_0.mcap");
+  EXPECT_EQ(bag["files"][2]["path"].as<std::string>(), "a_1.mcap");
+  EXPECT_EQ(bag["files"][2]["duration"]["nanoseconds"].as<int>(), 3500);
+  const auto topic = bag["topics_with_message_count"][0];
+  EXPECT_EQ(topic["topic_metadata"]["name"].as<std::string>(), "/scan");
+  EXPECT_EQ(topic["topic_metadata"]["offered_qos_profiles"][0]["depth"].as<int>(), 5);
+  EXPECT_EQ(topic["topic_metadata"]["type_description_hash"].as<std::string>(), "RIHS01_00");
+  EXPECT_EQ(topic["message_count"].as<int>(), 7);
+}
+
+TEST(BagMetadata, is_valid_without_topics_and_files) {
+  const auto bag = YAML::Load(metadata_yaml({}))["rosbag2_bagfile_information"];
+  EXPECT_EQ(bag["message_count"].as<int>(), 0);
+  EXPECT_EQ(bag["files"].size(), 0U);
+  EXPECT_EQ(bag["topics_with_message_count"].size(), 0U);
+}
+
+}  // namespace
+}  // namespace nacelle::record

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+// The recorder in a container, with publishers of its streams.
+#include <diagnostic_msgs/msg/diagnostic_array.hpp>
+#include <map>
+#include <sensor_msgs/msg/image.hpp>
+#include <std_msgs/msg/string.hpp>
+
+#include "nacelle/runtime/test_container.hpp"
+#include "record/model/recording_summary.hpp"
+#include "record/port/recording_file.hpp"
+#include "temporary_folder.hpp"
+
+namespace nacelle::record {
+namespace {
+
+using diagnostic_msgs::msg::DiagnosticArray;
+using sensor_msgs::msg::Image;
+using std_msgs::msg::String;
+
+constexpr const char* kRecorder = "nacelle::record::RecordComponent";
+
+String words(const std::string& text) {
+  String message;
+  message.data = text;
+  return message;
+}
+
+class RecordComponentTest : public TemporaryFolder {
+ protected:
+  runtime::ComponentInfo record(std::map<std::string, ParameterValue> parameters) {
+    parameters.emplace("storage.uri", path("bag"));
+    parameters.emplace("storage.keep_free", std::int64_t{1});
+    return container.start(kRecorder, std::move(parameters));
+  }
+  void end(const runtime::ComponentInfo& recorder) {
+    EXPECT_EQ(container.container().trigger(recorder.id, Transition::Deactivate).reason, "");
+  }
+  /// The number of messages of each topic.
+  std::map<std::string, std::uint64_t> recorded(const std::string& file = "bag/bag_0.mcap") {
+    auto source = FileSource::open(path(file));
+    RecordingSummary summary;
+    EXPECT_TRUE(source && walk_mcap(**source, summary)) << file;
+    std::map<std::string, std::uint64_t> all;
+    for (const auto& [id, topic] : summary.topics()) all[topic.name] += topic.messages;
+    return all;
+  }
+
+  runtime::TestContainer container;
+};
+
+TEST_F(RecordComponentTest, records_what_is_there_and_what_comes_later) {
+  auto before = container.advertise<String>("/before", QoS(10));
+  auto kept = container.advertise<String>("/kept", QoS(1).transient_local());
+  kept.publish(words("from before the recording"));
+  const auto recorder = record({{"record.all_topics", true}});
+  before.publish(words("a"));
+  auto later = container.advertise<String>("/later", QoS(10).best_effort());
+  auto reader = container.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
+  EXPECT_EQ(reader.next().status.front().name, "rosbag2_recorder: recording");  // a second: it knows /later
+  later.publish(words("b"));
+  later.publish(words("c"));
+  end(recorder);
+  const auto all = recorded();
+  EXPECT_EQ(all.at("/before"), 1U);
+  EXPECT_EQ(all.at("/kept"), 1U);
+  EXPECT_EQ(all.at("/later"), 2U);
+  EXPECT_EQ(all.at("/diagnostics"), 1U);
+}
+
+TEST_F(RecordComponentTest, takes_the_topics_that_are_chosen) {
+  auto a = container.advertise<String>("/a", QoS(10));
+  auto b = container.advertise<String>("/b", QoS(10));
+  const auto recorder = record({{"record.topics", std::vector<std::string>{"b"}}});
+  a.publish(words("a"));
+  b.publish(words("b"));
+  end(recorder);
+  EXPECT_EQ(recorded(), (std::map<std::string, std::uint64_t>{{"/b", 1}}));
+}
+
+// The second publisher's QoS does not fit the reader that the first one got.
+TEST_F(RecordComponentTest, reads_a_topic_again_with_what_all_its_publishers_offer) {
+  auto reliable = container.advertise<String>("/a", QoS(10).transient_local());
+  reliable.publish(words("1"));
+  const auto recorder = record({{"record.all_topics", true}});
+  auto loose = container.advertise<String>("/a", QoS(10).best_effort());
+  auto reader = container.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
+  static_cast<void>(reader.next());  // a second
+  reliable.publish(words("2"));
+  loose.publish(words("3"));
+  end(recorder);
+  EXPECT_EQ(recorded().at("/a"), 3U) << "none is lost, and none is there twice";
+}
+
+// Of messages in a device's memory the reader holds one.
+TEST_F(RecordComponentTest, records_a_message_above_a_chunks_size) {
+  auto camera = container.advertise<Image>("/image", QoS(2));
+  const auto recorder = record({{"record.all_topics", true}});
+  auto reader = container.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
+  static_cast<void>(reader.next());
+  Image image;
+  image.data.resize(std::size_t{3} << 20U);  // above a chunk's size
+  camera.publish(image);
+  end(recorder);
+  EXPECT_EQ(recorded().at("/image"), 1U);
+}
+
+TEST_F(RecordComponentTest, makes_a_recording_each_time_it_is_active) {
+  const auto recorder = record({{"record.all_topics", true}, {"storage.uri", path("%%%Y")}});
+  end(recorder);
+  EXPECT_NE(container.container().trigger(recorder.id, Transition::Activate).reason.find("exists already"),
+            std::string::npos);
+  std::size_t found = 0;
+  for (const auto& entry : std::filesystem::directory_iterator{folder_}) {
+    EXPECT_TRUE(entry.path().filename().string().starts_with("%20")) << entry.path();
+    ++found;
+  }
+  EXPECT_EQ(found, 1U);
+}
+
+TEST_F(RecordComponentTest, tells_when_it_ends_by_itself) {
+  auto a = container.advertise<String>("/a", QoS(10));
+  const auto recorder =
+      record({{"record.topics", std::vector<std::string>{"/a"}}, {"storage.keep_free", std::int64_t{1'000'000'000}}});
+  auto reader = container.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
+  static_cast<void>(reader.next());
+  a.publish(words("for a petabyte"));
+  DiagnosticArray report;
+  for (int i = 0; i < 5 && (report.status.empty() || report.status.front().level != 2); ++i) report = reader.next();
+  ASSERT_EQ(report.status.front().level, 2);
+  EXPECT_NE(report.status.front().message.find("the disk is full"), std::string::npos);
+  const auto found = container.container().find(std::to_string(recorder.id));
+  ASSERT_TRUE(found);
+  ASSERT_EQ(found->open_faults.size(), 1U) << "the robot goes on";
+  EXPECT_EQ(found->open_faults.front().code, "RECORDING_ENDED");
+  end(recorder);
+}
+
+TEST_F(RecordComponentTest, refuses_what_it_cannot_do) {
+  const auto refused = [&](std::map<std::string, ParameterValue> parameters) -> std::string {
+    std::string why;
+    try {
+      record(std::move(parameters));
+    } catch (const std::runtime_error& error) { why = error.what(); }
+    EXPECT_TRUE(container.container().unload(container.container().find("rosbag2_recorder")->id));
+    return why;
+  };
+  EXPECT_NE(refused({}).find("no topic is chosen"), std::string::npos);
+  EXPECT_NE(refused({{"record.regex", std::string{"("}}}).find("is no regular expression"), std::string::npos);
+  EXPECT_NE(refused({{"record.all_topics", true}, {"storage.compression", std::string{"gzip"}}}).find("'gzip'"),
+            std::string::npos);
+  EXPECT_NE(refused({{"record.all_topics", true}, {"storage.storage_id", std::string{"sqlite3"}}}).find("sqlite3"),
+            std::string::npos);
+  EXPECT_NE(refused({{"record.all_topics", true}, {"storage.uri", std::string{"/proc/bag"}}}).find("cannot be made"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace nacelle::record
