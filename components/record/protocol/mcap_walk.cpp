@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <optional>
 
 #include "record/protocol/compression.hpp"
 #include "record/protocol/mcap_codec.hpp"
@@ -17,7 +18,9 @@ std::uint64_t length_of(ByteView head) {
   return length;
 }
 
-class Walk {
+}  // namespace
+
+class McapParts::Walk {
  public:
   Walk(ByteSource& source, McapVisitor& visitor) : source_(source), visitor_(visitor), size_(source.size()) {}
 
@@ -25,24 +28,75 @@ class Walk {
     if (!has_magic(0)) return stop(McapFault::NoMagic, "it does not begin as an MCAP file");
     std::uint64_t at = sizeof kMcapMagic;
     while (at < size_) {
-      if (size_ - at < kMcapRecordHead) return stop(at, McapFault::Truncated, "it ends inside the head of a record");
-      std::uint8_t head[kMcapRecordHead];
-      if (!source_.read_at(at, head)) return stop(at, McapFault::Unreadable, "reading failed");
-      const std::uint64_t length = length_of(head);
-      if (length > size_ - at - kMcapRecordHead) return stop(at, McapFault::Truncated, "it ends inside a record");
-      if (length > kMostMcapRecordBytes) return stop(at, McapFault::TooLarge, "a record has more than 1 GiB");
-      content_.resize(length);
-      if (!source_.read_at(at + kMcapRecordHead, content_)) return stop(at, McapFault::Unreadable, "reading failed");
-      const auto opcode = static_cast<McapOpcode>(head[0]);
-      spot_ = {at, kMcapRecordHead + length, 0};
-      at += spot_.length;
-      if (opcode == McapOpcode::Footer) return end(at);
-      if (!top_level(opcode)) tell(McapFault::BadRecord, "a field reaches beyond its record");
+      const auto opcode = next(at, size_);
+      if (!opcode) return false;
+      if (*opcode == McapOpcode::Footer) return end(at);
     }
     return stop(at, McapFault::Truncated, "it has no footer: the writer did not finish it");
   }
 
+  bool read_summary() {
+    constexpr std::uint64_t kEnd = kMcapRecordHead + 8 + 8 + 4 + sizeof kMcapMagic;
+    if (!has_magic(0)) return stop(McapFault::NoMagic, "it does not begin as an MCAP file");
+    std::uint64_t at = size_ - std::min(size_, kEnd);
+    std::uint8_t head[kMcapRecordHead];
+    if (!has_magic(size_ - sizeof kMcapMagic) || !source_.read_at(at, head) ||
+        static_cast<McapOpcode>(head[0]) != McapOpcode::Footer ||
+        length_of(head) != kEnd - kMcapRecordHead - sizeof kMcapMagic)
+      return stop(at, McapFault::Truncated, "it has no footer: the writer did not finish it");
+    const std::uint64_t footer_at = at;
+    if (!next(at, size_)) return false;
+    const auto footer = decode_record<McapFooter>(content_);
+    if (!footer || footer->summary_start == 0 || footer->summary_start > footer_at)
+      return stop(footer_at, McapFault::Truncated, "it has no summary");
+    visitor_.on_footer(*footer, spot_);
+    if (footer->summary_crc != 0) {
+      const std::uint64_t length = footer_at + kMcapRecordHead + 8 + 8 - footer->summary_start;
+      if (length > kMostMcapRecordBytes) return stop(footer_at, McapFault::TooLarge, "the summary has more than 1 GiB");
+      Bytes summary(length);
+      if (!source_.read_at(footer->summary_start, summary))
+        return stop(footer->summary_start, McapFault::Unreadable, "reading failed");
+      if (crc32_of(summary) != footer->summary_crc)
+        return stop(footer->summary_start, McapFault::BadCrc, "the summary's CRC does not match");
+    }
+    const std::uint64_t limit =
+        footer->summary_offset_start > footer->summary_start ? footer->summary_offset_start : footer_at;
+    if (limit > footer_at) return stop(footer_at, McapFault::BadRecord, "the summary reaches beyond the footer");
+    return read(footer->summary_start, limit - footer->summary_start);
+  }
+
+  bool read(std::uint64_t offset, std::uint64_t length) {
+    if (offset > size_ || length > size_ - offset)
+      return stop(offset, McapFault::Truncated, "an index names what is beyond the end of the file");
+    const std::uint64_t limit = offset + length;
+    for (std::uint64_t at = offset; at < limit;) {
+      if (!next(at, limit)) return false;
+    }
+    return true;
+  }
+
  private:
+  /// Hands the record at `at` over, if it is no footer, and goes behind it. Nothing: the rest up to `limit` cannot be read.
+  std::optional<McapOpcode> next(std::uint64_t& at, std::uint64_t limit) {
+    const auto fail = [&](McapFault fault, const char* what) {
+      stop(at, fault, what);
+      return std::nullopt;
+    };
+    if (limit - at < kMcapRecordHead) return fail(McapFault::Truncated, "it ends inside the head of a record");
+    std::uint8_t head[kMcapRecordHead];
+    if (!source_.read_at(at, head)) return fail(McapFault::Unreadable, "reading failed");
+    const std::uint64_t length = length_of(head);
+    if (length > limit - at - kMcapRecordHead) return fail(McapFault::Truncated, "it ends inside a record");
+    if (length > kMostMcapRecordBytes) return fail(McapFault::TooLarge, "a record has more than 1 GiB");
+    content_.resize(length);
+    if (!source_.read_at(at + kMcapRecordHead, content_)) return fail(McapFault::Unreadable, "reading failed");
+    const auto opcode = static_cast<McapOpcode>(head[0]);
+    spot_ = {at, kMcapRecordHead + length, 0};
+    at += spot_.length;
+    if (opcode != McapOpcode::Footer && !top_level(opcode))
+      tell(McapFault::BadRecord, "a field reaches beyond its record");
+    return opcode;
+  }
   bool has_magic(std::uint64_t at) {
     std::uint8_t magic[sizeof kMcapMagic];
     return size_ >= sizeof magic && at <= size_ - sizeof magic && source_.read_at(at, magic) &&
@@ -214,8 +268,11 @@ class Walk {
   std::map<std::uint16_t, Bytes> schemas_, channels_;
 };
 
-}  // namespace
+bool walk_mcap(ByteSource& source, McapVisitor& visitor) { return McapParts::Walk{source, visitor}.run(); }
 
-bool walk_mcap(ByteSource& source, McapVisitor& visitor) { return Walk{source, visitor}.run(); }
+McapParts::McapParts(ByteSource& source, McapVisitor& visitor) : walk_(std::make_unique<Walk>(source, visitor)) {}
+McapParts::~McapParts() = default;
+bool McapParts::read_summary() { return walk_->read_summary(); }
+bool McapParts::read(std::uint64_t offset, std::uint64_t length) { return walk_->read(offset, length); }
 
 }  // namespace nacelle::record

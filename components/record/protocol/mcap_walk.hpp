@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+
 #include "record/model/byte_file.hpp"
 #include "record/protocol/mcap_fault.hpp"
 #include "record/protocol/mcap_records.hpp"
@@ -52,5 +54,25 @@ inline constexpr std::uint64_t kMostMcapRecordBytes = std::uint64_t{1} << 30U;
 /// The bytes are hostile: no content makes it read beyond a record, loop, or hold more memory than the file has (a compressed chunk: than it
 /// states, up to kMostMcapRecordBytes). Returns false if a problem ended the walk early: the rest of the file was not read.
 bool walk_mcap(ByteSource& source, McapVisitor& visitor);
+
+/// Hands over parts of a file, in any order, as walk_mcap() does. It keeps the schemas and channels that it has met. Source and visitor outlive
+/// it.
+class McapParts {
+ public:
+  McapParts(ByteSource& source, McapVisitor& visitor);
+  ~McapParts();
+  McapParts(const McapParts&) = delete;
+  McapParts& operator=(const McapParts&) = delete;
+
+  /// Hands over footer and summary. Returns false if the file has none; the visitor was told of the problem.
+  [[nodiscard]] bool read_summary();
+  /// Hands over the records from `offset` on, which must have this length together.
+  [[nodiscard]] bool read(std::uint64_t offset, std::uint64_t length);
+
+ private:
+  class Walk;
+  friend bool walk_mcap(ByteSource& source, McapVisitor& visitor);
+  const std::unique_ptr<Walk> walk_;
+};
 
 }  // namespace nacelle::record
