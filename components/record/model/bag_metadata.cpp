@@ -53,7 +53,7 @@ void add_profile(Lines& lines, int indent, const QoS& offered) {
 }
 
 /// A text in YAML's double quotes.
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') out += '\\';
@@ -107,10 +107,10 @@ std::string metadata_yaml(const BagMetadata& metadata) {
   lines.add(2, "compression_format: \"\"");
   lines.add(2, "compression_mode: \"\"");
   lines.add(2, "relative_file_paths:{}", metadata.files.empty() ? " []" : "");
-  for (const BagFile& file : metadata.files) lines.add(4, "- {}", quoted(file.name));
+  for (const BagFile& file : metadata.files) lines.add(4, "- {}", in_quotes(file.name));
   lines.add(2, "files:{}", metadata.files.empty() ? " []" : "");
   for (const BagFile& file : metadata.files) {
-    lines.add(4, "- path: {}", quoted(file.name));
+    lines.add(4, "- path: {}", in_quotes(file.name));
     lines.add(6, "starting_time:");
     lines.add(8, "nanoseconds_since_epoch: {}", file.first);
     lines.add(6, "duration:");
