@@ -125,6 +125,7 @@ EXAMPLES = (
     Example("estop set"),
     Example("estop release"),
     Example("bag record -a --for 2 -o drive"),
+    Example("bag play docs/examples/recordings/talker.mcap --topics /chatter -r 10"),
     Example("bag info docs/examples/recordings/talker.mcap"),
     Example("bag check docs/examples/recordings/talker.mcap"),
     Example("bag recover docs/examples/recordings/talker.mcap -o talker.recovered.mcap --compression zstd"),

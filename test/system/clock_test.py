@@ -181,6 +181,7 @@ class JumpingSimTime(Listening):
     - {pkg: nacelle_battery, plugin: nacelle::battery::Ina219Component, name: battery, param: [{name: port, value: /dev/no_i2c}]}
     - {pkg: nacelle_image_proc, plugin: nacelle::image_proc::DebayerComponent, name: debayer, remap: [{from: image_raw, to: camera/image_raw}]}
     - {pkg: nacelle_record, plugin: nacelle::record::RecordComponent, name: recorder, param: [{name: record.all_topics, value: true}, {name: storage.uri, value: FOLDER/bag}]}
+    - {pkg: nacelle_record, plugin: nacelle::record::PlayComponent, name: player, param: [{name: play.loop, value: true}, {name: storage.uri, value: TALKER}]}
     - pkg: nacelle_image_proc
       plugin: nacelle::image_proc::ResizeComponent
       name: resize
@@ -207,7 +208,7 @@ class JumpingSimTime(Listening):
             for name in cls.ISOLATED:
                 text, count = re.subn(rf"^( +)name: {name}$", rf"\1name: {name}\n\1isolate: process", text, flags=re.MULTILINE)
                 assert count == 1, name
-            text += cls.MORE.replace("FOLDER", str(cls.folder))
+            text += cls.MORE.replace("FOLDER", str(cls.folder)).replace("TALKER", f"{source.parents[1]}/docs/examples/recordings/talker.mcap")
             file = cls.folder / "sim_time.launch.yaml"
             file.write_text(text)
             arguments = ("launch", file, f"config:={source.parent}/config/robot.yaml", f"description:={source.parent}/robot.urdf", *arguments[2:])

@@ -7,7 +7,7 @@ import signal
 import time
 import unittest
 
-from robot import RobotTest, RunningRobotTest, interrupt, wait_for
+from robot import SLOW, RobotTest, RunningRobotTest, interrupt, wait_for
 
 RECORDER = """
     - pkg: nacelle_record
@@ -100,6 +100,27 @@ class Record(Recorder, RunningRobotTest):
                 refused = self.run_program("bag", *words)
                 self.assertEqual(refused.returncode, code, refused.stderr)
                 self.assertIn(what, refused.stderr)
+
+
+class Play(Recorder, RunningRobotTest):
+    def test_a_recorded_drive_is_played_beside_the_robot(self):
+        bag = self.folder / "drive"
+        self.expect_exit(self.run_program("bag", "record", "/odom", "/tf_static", "--for", "2", "-o", bag), 0)
+        again = self.start_program("bag", "record", "/recorded/odom", "-o", self.folder / "again")
+        self.assertIn("Recording into", again.stdout.readline())
+        played = self.expect_exit(self.run_program("bag", "play", bag, "--topics", "/odom", "--remap", "/odom:=/recorded/odom", "-r", "2"), 0)
+        self.end(again)
+        first, second = self.info(bag), self.info(self.folder / "again")
+        counts = self.counts(bag)
+        self.assertIn(f"{counts['/odom']} messages were published; 0 had no reader\n", played.stdout)
+        self.assertEqual([(topic["name"], topic["messages"]) for topic in second["topics"]], [("/recorded/odom", counts["/odom"])])
+        length = (first["end_ns"] - first["start_ns"]) * 1e-9
+        self.assertAlmostEqual((second["end_ns"] - second["start_ns"]) * 1e-9, length / 2, delta=0.3 * SLOW)
+        self.assertNotIn("rosbag2_player", self.run_program("component", "list").stdout)
+
+    def test_what_cannot_be_played_is_refused(self):
+        self.assertIn("No such file", self.run_program("bag", "play", self.folder / "none").stderr)
+        self.assertEqual(self.run_program("bag", "play").returncode, 2)
 
 
 class Killed(Recorder, RobotTest):

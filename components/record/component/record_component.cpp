@@ -7,6 +7,8 @@
 #include <ctime>
 #include <utility>
 
+#include "record/component/report_row.hpp"
+
 namespace nacelle::record {
 namespace {
 
@@ -30,12 +32,6 @@ std::string folder_of(const std::string& pattern, WallTime now) {
   std::string text(given.size() + 256, '\0');
   text.resize(std::strftime(text.data(), text.size(), given.c_str(), &parts));
   return text;
-}
-
-void add(diagnostic_msgs::msg::DiagnosticStatus& status, std::string key, std::string value) {
-  auto& entry = status.values.emplace_back();
-  entry.key = std::move(key);
-  entry.value = std::move(value);
 }
 
 double megabytes(std::uint64_t bytes) { return static_cast<double>(bytes) / kMegabyte; }
@@ -174,33 +170,30 @@ void RecordComponent::stop() {
 }
 
 void RecordComponent::report() {
-  const RecorderFigures figures = recorder_->figures();
   auto message = diagnostics_->borrow();
   if (!message) return;
-  message->header.stamp = now();
-  message->header.frame_id.clear();
-  message->status.resize(1);
-  auto& status = message->status.front();
-  using Level = diagnostic_msgs::msg::DiagnosticStatus;
-  status.name = get_name() + ": recording";
-  status.hardware_id.clear();
-  status.level = figures.problem ? Level::ERROR : figures.lost > 0 ? Level::WARN : Level::OK;
-  status.message = figures.problem          ? figures.problem->text()
-                   : recorder_->is_paused() ? "paused"
-                   : figures.lost > 0       ? fmt::format("{} messages were lost", figures.lost)
-                                            : "recording";
-  status.values.clear();
-  add(status, "folder", figures.folder);
-  add(status, "file", figures.file);
-  add(status, "files", std::to_string(figures.files));
-  add(status, "seconds", fmt::format("{:.1f}", to_seconds(figures.recorded)));
-  add(status, "bytes", std::to_string(figures.bytes));
-  add(status, "messages", std::to_string(figures.messages));
-  add(status, "topics", std::to_string(figures.topics.size()));
-  add(status, "lost", std::to_string(figures.lost));
+  const RecorderFigures figures = recorder_->figures();
+  ReportRow row{*message, now(), get_name() + ": recording"};
+  if (figures.problem) {
+    row.say(ReportRow::Level::Error, figures.problem->text());
+  } else if (recorder_->is_paused()) {
+    row.say(ReportRow::Level::Ok, "paused");
+  } else if (figures.lost > 0) {
+    row.say(ReportRow::Level::Warning, fmt::format("{} messages were lost", figures.lost));
+  } else {
+    row.say(ReportRow::Level::Ok, "recording");
+  }
+  row.add("folder", figures.folder);
+  row.add("file", figures.file);
+  row.add("files", std::to_string(figures.files));
+  row.add("seconds", fmt::format("{:.1f}", to_seconds(figures.recorded)));
+  row.add("bytes", std::to_string(figures.bytes));
+  row.add("messages", std::to_string(figures.messages));
+  row.add("topics", std::to_string(figures.topics.size()));
+  row.add("lost", std::to_string(figures.lost));
   for (const auto& topic : figures.topics) {
-    if (topic.lost_in_queue > 0) add(status, "lost in queue: " + topic.name, std::to_string(topic.lost_in_queue));
-    if (topic.lost_to_disk > 0) add(status, "lost to disk: " + topic.name, std::to_string(topic.lost_to_disk));
+    if (topic.lost_in_queue > 0) row.add("lost in queue: " + topic.name, std::to_string(topic.lost_in_queue));
+    if (topic.lost_to_disk > 0) row.add("lost to disk: " + topic.name, std::to_string(topic.lost_to_disk));
   }
   diagnostics_->publish(std::move(message));
 }

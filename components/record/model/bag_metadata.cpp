@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <iterator>
 #include <string_view>
+
+#include "nacelle/qos/yaml_tree.hpp"
 
 namespace nacelle::record {
 namespace {
@@ -66,6 +69,13 @@ std::string in_quotes(std::string_view text) {
   return out + '"';
 }
 
+/// 0 for what is no number.
+std::uint64_t number_in(const std::string& text) {
+  std::uint64_t number = 0;
+  std::from_chars(text.data(), text.data() + text.size(), number);
+  return number;
+}
+
 void add_topic(Lines& lines, const BagTopic& topic) {
   lines.add(4, "- topic_metadata:");
   lines.add(8, "name: {}", topic.name);
@@ -83,6 +93,29 @@ std::string offered_qos_profiles(const std::vector<QoS>& offered) {
   Lines lines;
   for (const QoS& qos : offered) add_profile(lines, 0, qos);
   return offered.empty() ? "[]" : lines.take();
+}
+
+std::vector<QoS> read_qos_profiles(const std::string& yaml) {
+  const auto document = parse_yaml(yaml, "offered_qos_profiles");
+  if (!document || !document->is_sequence()) return {};
+  std::vector<QoS> all;
+  for (const YamlNode& profile : document->items) {
+    const auto text = [&](const char* name) {
+      const YamlNode* const value = profile.find(name);
+      return value != nullptr && value->is_scalar() ? value->text : std::string{};
+    };
+    const auto is = [&](const char* name, const char* word, auto number) {
+      return text(name) == word || text(name) == std::to_string(static_cast<int>(number));
+    };
+    // Middlewares do not tell the depth of other nodes, and rosbag2 writes 0 then.
+    const auto depth = number_in(text("depth"));
+    QoS qos{depth == 0 ? std::size_t{10} : static_cast<std::size_t>(std::min<std::uint64_t>(depth, 1000))};
+    if (is("history", "keep_all", History::KeepAll)) qos.keep_all();
+    if (is("reliability", "best_effort", Reliability::BestEffort)) qos.best_effort();
+    if (is("durability", "transient_local", Durability::TransientLocal)) qos.transient_local();
+    all.push_back(qos);
+  }
+  return all;
 }
 
 std::string metadata_yaml(const BagMetadata& metadata) {

@@ -28,6 +28,8 @@ struct BagMetadata {
 
 /// Returns the YAML of a topic's QoS profiles, as in an MCAP channel's metadata "offered_qos_profiles".
 [[nodiscard]] std::string offered_qos_profiles(const std::vector<QoS>& offered);
+/// Reads such a text, with enumerators as words (rosbag2 of jazzy and later) or numbers. Returns nothing if it is none.
+[[nodiscard]] std::vector<QoS> read_qos_profiles(const std::string& yaml);
 /// Returns the text of metadata.yaml, version 9.
 [[nodiscard]] std::string metadata_yaml(const BagMetadata& metadata);
 

@@ -19,14 +19,16 @@ class OrderedMessages::File final : public McapVisitor {
       : owner_(owner), number_(number), parts_(source, *this) {}
 
   [[nodiscard]] bool read_summary() {
-    const bool is_read = parts_.read_summary();
-    reads_summary_ = false;
+    bool is_read = parts_.read_summary();
+    if (is_read && footer_.summary_start == 0) is_read = scan();
     if (is_read && !has_chunks_ && statistics_.message_count > 0) {
-      constexpr std::uint64_t kBegin =
-          sizeof kMcapMagic;  // messages may stand outside chunks; then they are read at once
-      owner_.chunks_.push_back({statistics_.message_start_time, statistics_.message_end_time, number_, kBegin,
-                                summary_start_ - std::min(summary_start_, kBegin)});
+      // Messages may stand outside chunks; then they are read at once.
+      const std::uint64_t end = footer_.summary_start == 0 ? footer_at_ : footer_.summary_start;
+      owner_.chunks_.push_back(
+          {statistics_.message_start_time, statistics_.message_end_time, number_, kBegin, end - std::min(end, kBegin)});
     }
+    note_statistics();
+    reads_summary_ = false;
     return is_read && !has_problem_;
   }
   void read(const Chunk& chunk) {
@@ -63,16 +65,17 @@ class OrderedMessages::File final : public McapVisitor {
     owner_.chunks_.push_back(
         {index.message_start_time, index.message_end_time, number_, index.chunk_start_offset, index.chunk_length});
   }
-  void on_footer(const McapFooter& footer, const McapSpot&) override { summary_start_ = footer.summary_start; }
-  void on_statistics(const McapStatistics& statistics) override {
-    statistics_ = statistics;
-    owner_.messages_ += statistics.message_count;
-    if (statistics.message_count == 0) return;
-    const auto begin = statistics.message_start_time;
-    owner_.first_ = owner_.first_ != 0 ? std::min(owner_.first_, begin) : begin;
-    owner_.last_ = std::max(owner_.last_, statistics.message_end_time);
+  void on_footer(const McapFooter& footer, const McapSpot& spot) override {
+    footer_ = footer;
+    footer_at_ = spot.offset;
   }
-  void on_message(const McapMessage& message, const McapSpot&) override {
+  void on_statistics(const McapStatistics& statistics) override { statistics_ = statistics; }
+  void on_chunk(const McapChunk& chunk, const McapSpot& spot) override {
+    if (is_scanning_)
+      scanned_.push_back({chunk.message_start_time, chunk.message_end_time, number_, spot.offset, spot.length});
+  }
+  void on_message(const McapMessage& message, const McapSpot& spot) override {
+    if (is_scanning_) return count(message, spot);
     if (!chunk_ || message.log_time < owner_.from_) return;
     const ByteView data = message.data.bytes;
     found_.push_back({message.log_time, owner_.numbered_++, nullptr, chunk_->size(), data.size(),
@@ -88,6 +91,31 @@ class OrderedMessages::File final : public McapVisitor {
   struct Schema {
     std::string name, encoding, text;
   };
+  static constexpr std::uint64_t kBegin = sizeof kMcapMagic;
+
+  /// Reads the whole file, to know what a summary would say.
+  bool scan() {
+    is_scanning_ = true;
+    const bool is_read = parts_.read(kBegin, footer_at_ - std::min(footer_at_, kBegin));
+    is_scanning_ = false;
+    has_chunks_ = !is_outside_ && !scanned_.empty();
+    if (has_chunks_) owner_.chunks_.insert(owner_.chunks_.end(), scanned_.begin(), scanned_.end());
+    return is_read;
+  }
+  void count(const McapMessage& message, const McapSpot& spot) {
+    is_outside_ = is_outside_ || scanned_.empty() || scanned_.back().offset != spot.offset;
+    McapStatistics& all = statistics_;
+    const bool is_first = all.message_count++ == 0;
+    all.message_start_time = is_first ? message.log_time : std::min(all.message_start_time, message.log_time);
+    all.message_end_time = std::max(all.message_end_time, message.log_time);
+  }
+  void note_statistics() {
+    owner_.messages_ += statistics_.message_count;
+    if (statistics_.message_count == 0) return;
+    const auto begin = statistics_.message_start_time;
+    owner_.first_ = owner_.first_ != 0 ? std::min(owner_.first_, begin) : begin;
+    owner_.last_ = std::max(owner_.last_, statistics_.message_end_time);
+  }
 
   OrderedMessages& owner_;
   const std::size_t number_;
@@ -98,8 +126,10 @@ class OrderedMessages::File final : public McapVisitor {
   std::shared_ptr<Bytes> chunk_;
   std::vector<Waiting> found_;
   McapStatistics statistics_;
-  std::uint64_t summary_start_ = 0;
-  bool has_chunks_ = false;
+  McapFooter footer_;
+  std::uint64_t footer_at_ = 0;
+  std::vector<Chunk> scanned_;
+  bool has_chunks_ = false, is_scanning_ = false, is_outside_ = false;
 };
 
 OrderedMessages::~OrderedMessages() = default;

@@ -17,7 +17,8 @@ namespace nacelle::record {
 /// Hands over the messages of several MCAP files in the order of their log times. Messages of one time come in the order in which they were
 /// written.
 ///
-/// It reads the summaries first, and later each chunk when its time has come, so that it holds as many chunks as overlap, up to 1 GiB of them.
+/// It reads the summaries first (of a file without one, all), and later each chunk when its time has come, so that it holds as many chunks as
+/// overlap, up to 1 GiB of them.
 /// The sources outlive it. Threads: one. Times are nanoseconds since the Unix epoch.
 class OrderedMessages {
  public:
@@ -39,7 +40,7 @@ class OrderedMessages {
     McapProblem problem;
   };
 
-  /// Errors: a file without a summary, or whose summary is damaged. Such a file can be recovered.
+  /// Errors: a file without an end, or whose summary is damaged. Such a file can be recovered.
   [[nodiscard]] static Result<std::unique_ptr<OrderedMessages>, FileProblem> open(
       const std::vector<ByteSource*>& files);
   ~OrderedMessages();

@@ -47,9 +47,10 @@ class McapParts::Walk {
     const std::uint64_t footer_at = at;
     if (!next(at, size_)) return false;
     const auto footer = decode_record<McapFooter>(content_);
-    if (!footer || footer->summary_start == 0 || footer->summary_start > footer_at)
-      return stop(footer_at, McapFault::Truncated, "it has no summary");
+    if (!footer || footer->summary_start > footer_at)
+      return stop(footer_at, McapFault::BadRecord, "the footer names a summary behind it");
     visitor_.on_footer(*footer, spot_);
+    if (footer->summary_start == 0) return true;
     if (footer->summary_crc != 0) {
       const std::uint64_t length = footer_at + kMcapRecordHead + 8 + 8 - footer->summary_start;
       if (length > kMostMcapRecordBytes) return stop(footer_at, McapFault::TooLarge, "the summary has more than 1 GiB");

@@ -64,7 +64,8 @@ class McapParts {
   McapParts(const McapParts&) = delete;
   McapParts& operator=(const McapParts&) = delete;
 
-  /// Hands over footer and summary. Returns false if the file has none; the visitor was told of the problem.
+  /// Hands over the footer, and the summary if there is one. Returns false if the file has no footer, or they cannot be read; the visitor was
+  /// told of the problem.
   [[nodiscard]] bool read_summary();
   /// Hands over the records from `offset` on, which must have this length together.
   [[nodiscard]] bool read(std::uint64_t offset, std::uint64_t length);

@@ -13,6 +13,7 @@
 #include "nacelle/msgs/type_library.hpp"
 #include "record/model/recording_check.hpp"
 #include "record/port/recording_file.hpp"
+#include "record/port/recording_folder.hpp"
 #include "recording_commands/recording_files.hpp"
 
 namespace nacelle::cli {
@@ -72,7 +73,7 @@ json row_of(const std::string& file, const record::RecordingCheck::Report& repor
 }  // namespace
 
 int check_bag(const BagCheckWish& wish) {
-  const auto files = recording_files(wish.path);
+  const auto files = record::recording_files(wish.path);
   if (!files) return complain(files.error());
   Payloads payloads;
   json rows = json::array();

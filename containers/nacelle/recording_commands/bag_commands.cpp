@@ -4,6 +4,7 @@
 #include "recording_commands/bag_check.hpp"
 #include "recording_commands/bag_copy.hpp"
 #include "recording_commands/bag_info.hpp"
+#include "recording_commands/bag_play.hpp"
 #include "recording_commands/bag_record.hpp"
 #include "recording_commands/commands.hpp"
 
@@ -126,11 +127,45 @@ void add_record(Command& group) {
   command.runs([wish] { return record_bag(*wish); });
 }
 
+void add_play(Command& group) {
+  auto wish = std::make_shared<BagPlayWish>();
+  Command& command = group.add("play", "publish a recording into a running container");
+  command.option("bag", wish->path, kBag).required().names_a(Names::File);
+  command.option("-r,--rate", wish->rate, "how many times as fast").with_default().within(0.001, 1000.0);
+  command.flag("-l,--loop", wish->loop, "begin again at the end, until Ctrl-C");
+  command.flag("-p,--start-paused", wish->start_paused, "wait for the service ~/resume or ~/play_next");
+  command.option("--start-offset", wish->start_offset_s, "begin so many s after the first message")
+      .value("SECONDS")
+      .with_default()
+      .within(0.0, 1e9);
+  command.option("--playback-duration,--duration", wish->duration_s, "how much is played, in s; 0: to the end")
+      .value("SECONDS")
+      .with_default()
+      .within(0.0, 1e9);
+  command.option("--topics", wish->topics, "these topics only").names_a(Names::Topic);
+  command.option("-e,--regex", wish->regex, "and those in which this regular expression is found").checked(wrong_regex);
+  command.option("-x,--exclude-regex", wish->exclude_regex, "but none in which this one is found").checked(wrong_regex);
+  command.option("--exclude-topics", wish->exclude_topics, "nor these").names_a(Names::Topic);
+  command.option("-m,--remap", wish->remaps, "publish a topic under another name").value("FROM:=TO");
+  command.option("--clock", wish->clock_hz, "publish the recording's time on /clock, so often a second; 0: not at all")
+      .value("HZ")
+      .with_default()
+      .within(0.0, 1000.0);
+  command.option("--node-name", wish->name, "the player's name").value("NAME").with_default();
+  command.option("--container", wish->whom.container, "of several containers, this one").value("NAME");
+  command.note(
+      "The container publishes, as nacelle::record::PlayComponent: recorded commands move a robot as others do. Topics "
+      "have the QoS with which "
+      "they were recorded. Messages that nobody reads are not even decoded.");
+  command.runs([wish] { return play_bag(*wish); });
+}
+
 }  // namespace
 
 void add_bag_commands(Command& root) {
   Command& group = root.add("bag", "recordings: MCAP files, as `ros2 bag` writes them");
   add_record(group);
+  add_play(group);
   add_info(group);
   add_check(group);
   add_recover(group);

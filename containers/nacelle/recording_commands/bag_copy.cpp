@@ -11,6 +11,7 @@
 #include "record/model/recording_copy.hpp"
 #include "record/model/recording_summary.hpp"
 #include "record/port/recording_file.hpp"
+#include "record/port/recording_folder.hpp"
 #include "recording_commands/recording_files.hpp"
 
 namespace nacelle::cli {
@@ -80,7 +81,7 @@ std::string wrong_regex(const std::string& text) {
 }
 
 int copy_bag(const BagCopyWish& wish) {
-  const auto files = recording_files(wish.path);
+  const auto files = record::recording_files(wish.path);
   if (!files) return complain(files.error());
   Sources sources;
   for (const auto& file : *files) {

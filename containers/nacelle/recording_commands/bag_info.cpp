@@ -15,6 +15,7 @@
 #include "nacelle/base/problem_json.hpp"
 #include "record/model/recording_summary.hpp"
 #include "record/port/recording_file.hpp"
+#include "record/port/recording_folder.hpp"
 #include "recording_commands/recording_files.hpp"
 
 namespace nacelle::cli {
@@ -153,7 +154,7 @@ void print_json_form(const Whole& whole) {
 }  // namespace
 
 int print_bag_info(const BagInfoWish& wish) {
-  const auto files = recording_files(wish.path);
+  const auto files = record::recording_files(wish.path);
   if (!files) return complain(files.error());
   Whole whole;
   for (const auto& file : *files) {

@@ -3,59 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
-#include <cctype>
-#include <filesystem>
-
-#include "nacelle/base/file_fault.hpp"
 
 namespace nacelle::cli {
-namespace {
-
-/// "bag_2" is before "bag_10".
-bool is_before(const std::string& a, const std::string& b) {
-  std::size_t i = 0, j = 0;
-  while (i < a.size() && j < b.size()) {
-    const auto number = [](const std::string& text, std::size_t& at) {
-      const std::size_t begin = std::min(text.find_first_not_of('0', at), text.size());
-      at = begin;
-      while (at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) != 0) ++at;
-      return text.substr(begin, at - begin);
-    };
-    if (std::isdigit(static_cast<unsigned char>(a[i])) != 0 && std::isdigit(static_cast<unsigned char>(b[j])) != 0) {
-      const std::string left = number(a, i), right = number(b, j);
-      if (left != right) return left.size() != right.size() ? left.size() < right.size() : left < right;
-    } else if (a[i] != b[j]) {
-      return a[i] < b[j];
-    } else {
-      ++i;
-      ++j;
-    }
-  }
-  return a.size() - i < b.size() - j;
-}
-
-}  // namespace
-
-Result<std::vector<std::string>, Problem> recording_files(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::is_directory(path, error)) return std::vector{path};
-  std::vector<std::string> files;
-  std::filesystem::directory_iterator entry{path, error};
-  for (; !error && entry != std::filesystem::directory_iterator{}; entry.increment(error)) {
-    if (entry->path().extension() == ".mcap") files.push_back(entry->path().string());
-  }
-  if (error)
-    return err(Problem{Place{path, 0}, "cannot be read: " + error.message(), "",
-                       file_fault_of(error.value(), FileFault::Unreadable)});
-  if (files.empty())
-    return err(Problem{Place{path, 0}, "has no file that ends in .mcap", "name a recording, or the folder of one",
-                       FileFault::NotFound});
-  std::sort(files.begin(), files.end(), is_before);
-  return files;
-}
-
 Problem problem_of(const std::string& file, const record::McapProblem& problem) {
   const bool mends = problem.fault != record::McapFault::NoMagic && problem.fault != record::McapFault::Unreadable &&
                      problem.fault != record::McapFault::BadPayload;

@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string>
-#include <vector>
 
 #include "nacelle/base/problem.hpp"
-#include "nacelle/base/result.hpp"
 #include "record/protocol/mcap_fault.hpp"
 
 namespace nacelle::cli {
-
-/// Returns the files of a recording: the file itself, or those with the ending .mcap in a folder that `ros2 bag record` made, in the
-/// order of the numbers in their names.
-/// Errors: a FileFault; `where` is the path.
-[[nodiscard]] Result<std::vector<std::string>, Problem> recording_files(const std::string& path);
 
 /// Returns the problem as it is printed: the file, the place in it, and what can be done.
 [[nodiscard]] Problem problem_of(const std::string& file, const record::McapProblem& problem);

@@ -95,6 +95,12 @@ const char* Interface::definition() const {
   return message != nullptr ? message->definition : service != nullptr ? service->definition : action->definition;
 }
 
+std::filesystem::path TypeLibrary::own_folder() {
+  Dl_info self{};
+  if (::dladdr(reinterpret_cast<const void*>(&TypeLibrary::own_folder), &self) == 0 || self.dli_fname == nullptr) return {};
+  return std::filesystem::path{self.dli_fname}.parent_path();
+}
+
 TypeLibrary::TypeLibrary(const std::vector<std::filesystem::path>& directories) {
   for (const auto& directory : with_environment(directories)) {
     std::error_code none;                    // A directory that does not exist holds no packages.

@@ -25,6 +25,21 @@ TEST(BagMetadata, writes_profiles_in_rosbag2s_words) {
   EXPECT_EQ(YAML::Load(offered_qos_profiles({})).size(), 0U);
 }
 
+TEST(BagMetadata, reads_profiles_in_words_and_in_numbers) {
+  const std::vector<QoS> offered{QoS(7), QoS(5).best_effort().transient_local(), QoS(KeepAll{})};
+  const auto again = read_qos_profiles(offered_qos_profiles(offered));
+  ASSERT_EQ(again.size(), 3U);
+  EXPECT_EQ(again[0], QoS(7));
+  EXPECT_EQ(again[1], QoS(5).best_effort().transient_local());
+  EXPECT_TRUE(again[2].keeps_all());
+  const auto numbers = read_qos_profiles("- history: 1\n  depth: 0\n  reliability: 2\n  durability: 1\n");
+  ASSERT_EQ(numbers.size(), 1U);
+  EXPECT_EQ(numbers[0], QoS(10).best_effort().transient_local());
+  for (const char* wrong : {"", "[", "history: 1", "- a\n- b"}) {
+    for (const QoS& qos : read_qos_profiles(wrong)) EXPECT_EQ(qos, QoS(10)) << wrong;
+  }
+}
+
 TEST(BagMetadata, adds_the_files_up) {
   BagMetadata known;
   known.topics.push_back({"/scan", "sensor_msgs/msg/LaserScan", "RIHS01_00", {QoS(5)}, 7});

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "record/protocol/mcap_codec.hpp"
 #include "record/protocol/mcap_writer.hpp"
 #include "seen_file.hpp"
 
@@ -81,7 +82,39 @@ TEST(OrderedMessages, of_a_damaged_chunk_are_left_out) {
   EXPECT_EQ((*made)->problems()[0].problem.fault, McapFault::BadCrc);
 }
 
-TEST(OrderedMessages, need_a_summary) {
+// As `mcap` writers may leave them: without summary and indexes, and without chunks.
+MemoryFile bare_file(bool has_chunk) {
+  Bytes all(std::begin(kMcapMagic), std::end(kMcapMagic)), inside;
+  append_record(McapHeader{"ros2", "test"}, all);
+  append_record(McapSchema{1, "std_msgs/msg/String", "ros2msg", {as_bytes("string data\n")}}, inside);
+  append_record(McapChannel{1, 1, "/a", "cdr", {}}, inside);
+  for (const char* text : {"30", "10", "20"}) {
+    const auto time = static_cast<std::uint64_t>(std::stoi(text));
+    append_record(McapMessage{1, 7, time, time + 1, {as_bytes(text)}}, inside);
+  }
+  if (has_chunk) append_record(McapChunk{10, 30, inside.size(), 0, "", {inside}}, all);
+  if (!has_chunk) all.insert(all.end(), inside.begin(), inside.end());
+  append_record(McapDataEnd{}, all);
+  append_record(McapFooter{}, all);
+  all.insert(all.end(), std::begin(kMcapMagic), std::end(kMcapMagic));
+  return MemoryFile{all};
+}
+
+TEST(OrderedMessages, need_neither_summary_nor_chunks) {
+  for (const bool has_chunk : {true, false}) {
+    MemoryFile file = bare_file(has_chunk);
+    auto made = OrderedMessages::open({&file});
+    ASSERT_TRUE(made) << made.error().problem.what;
+    EXPECT_EQ((*made)->messages(), 3U);
+    EXPECT_EQ((*made)->first(), 10U);
+    EXPECT_EQ((*made)->last(), 30U);
+    EXPECT_EQ(all_of(**made), "/a10 /a20 /a30 ");
+    (*made)->seek(20);
+    EXPECT_EQ(all_of(**made), "/a20 /a30 ");
+  }
+}
+
+TEST(OrderedMessages, need_an_end) {
   MemoryFile a = file_of({{10}}), cut = file_of({{10}});
   cut.bytes.resize(cut.bytes.size() - 1);
   const auto refused = OrderedMessages::open({&a, &cut});

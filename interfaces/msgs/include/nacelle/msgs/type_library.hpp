@@ -34,6 +34,9 @@ class TypeLibrary {
   /// Looks in these directories, then in those of the environment variable NACELLE_INTERFACE_PATH (separated by ':').
   explicit TypeLibrary(const std::vector<std::filesystem::path>& directories);
 
+  /// Returns the folder of this library's own file, where the packages that were installed with it are.
+  [[nodiscard]] static std::filesystem::path own_folder();
+
   /// The names of the packages, sorted. A library that is none of ours appears too until it is asked for.
   [[nodiscard]] std::vector<std::string> packages() const;
   /// The types of a package.

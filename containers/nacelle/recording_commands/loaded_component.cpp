@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "recording_commands/loaded_component.hpp"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string_view>
+
+#include "cli/asking.hpp"
+#include "cli/output.hpp"
+#include "cli/program.hpp"
+#include "cli/topic_listener.hpp"
+#include "nacelle/base/json_text.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+/// Nothing if the message is of other nodes.
+std::optional<DiagnosticRow> row_of(std::string_view text, const std::string& name) {
+  const json message = parse_json_or_discard(text);
+  if (!message.is_object()) return std::nullopt;
+  for (const auto& status : message.value("status", json::array())) {
+    if (text_of(status, "name") != name) continue;
+    DiagnosticRow row{status.value("level", 0), text_of(status, "message"), {}};
+    for (const auto& entry : status.value("values", json::array()))
+      row.values.emplace(text_of(entry, "key"), text_of(entry, "value"));
+    return row;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string DiagnosticRow::value(const std::string& key) const {
+  const auto found = values.find(key);
+  return found == values.end() ? "" : found->second;
+}
+std::uint64_t DiagnosticRow::number(const std::string& key) const {
+  return std::strtoull(value(key).c_str(), nullptr, 10);
+}
+double DiagnosticRow::seconds(const std::string& key) const { return std::strtod(value(key).c_str(), nullptr); }
+
+int run_component(const Whom& whom, const ask::LoadWish& wish, const std::string& name,
+                  const std::function<bool(const DiagnosticRow&)>& take) {
+  std::string id;
+  const int loaded = ask_nodes(
+      whom, false, [&](ask::Nodes& nodes) { return ask::load_component(nodes, whom.container, wish); },
+      [&](const json& reply) { id = std::to_string(reply["id"].get<int>()); });
+  if (loaded != kDone) return loaded;
+  const Listening listening{whom, {{"/diagnostics", "diagnostic_msgs/msg/DiagnosticArray"}}, "json"};
+  const int watched = listen(listening, [&](std::size_t, std::string_view text) {
+    const auto row = row_of(text, name);
+    return !row || (take(*row) && flush_output());
+  });
+  if (shows_progress()) std::printf("\n");
+  if (watched != kDone) return watched;
+  return ask_nodes(
+      whom, false, [&](ask::Nodes& nodes) { return ask::unload_component(nodes, whom.container, id); },
+      [](const json&) {});
+}
+
+bool shows_progress() { return ::isatty(STDOUT_FILENO) == 1; }
+
+void show_progress(const std::string& line) {
+  if (!shows_progress()) return;
+  print_text("\r%s", line.c_str());
+  std::printf("\x1b[K");
+}
+
+}  // namespace nacelle::cli
