@@ -97,7 +97,8 @@ const char* Interface::definition() const {
 
 std::filesystem::path TypeLibrary::own_folder() {
   Dl_info self{};
-  if (::dladdr(reinterpret_cast<const void*>(&TypeLibrary::own_folder), &self) == 0 || self.dli_fname == nullptr) return {};
+  if (::dladdr(reinterpret_cast<const void*>(&TypeLibrary::own_folder), &self) == 0 || self.dli_fname == nullptr)
+    return {};
   return std::filesystem::path{self.dli_fname}.parent_path();
 }
 
