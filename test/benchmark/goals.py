@@ -16,6 +16,10 @@ def at_most(limit):
     return ("<=", limit)
 
 
+def at_least(limit):
+    return (">=", limit)
+
+
 def exactly(number):
     return ("==", number)
 
@@ -294,6 +298,16 @@ def lidar(programs, say):
     yield row("M16", "packets lost on an undisturbed line", run["lost"], "", exactly(0))
 
 
+def recording(programs, say):
+    for place, folder, megabytes in (("the disk", ".", 64), ("memory", "/dev/shm", 64)):
+        for size, what in ((1 << 20, "1 MiB"), (1000, "1 kB")):
+            say(f"a recording of messages of {what} in {place}, in turn with a loop of write()")
+            run = programs.run("recording", folder=folder, megabytes=megabytes, bytes=size)
+            goal = at_least(0.9) if place == "the disk" else None
+            yield row("M17", f"recording in {place}, messages of {what}: speed", run["speed"], "x write()", goal, f"{run['mb_per_s']:.0f} MB/s")
+            yield row("M17", f"mallocs of a message of {what}, in {place}", run["mallocs"], "", at_most(0.01))
+
+
 def wire(programs, say):
     say("a stream of this process with the network beside it, without a remote reader")
     for size, name in ((0, "44 B"), (900_000, "0.9 MB")):
@@ -323,6 +337,7 @@ BENCHMARKS = {
     "m14-wire": wire,
     "m15-camera": camera,
     "m16-lidar": lidar,
+    "m17-recording": recording,
     "m19-robot": robot,
     "m20-loading": loading,
     "teleop": teleop,

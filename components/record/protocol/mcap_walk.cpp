@@ -38,7 +38,8 @@ class McapParts::Walk {
   bool read_summary() {
     constexpr std::uint64_t kEnd = kMcapRecordHead + 8 + 8 + 4 + sizeof kMcapMagic;
     if (!has_magic(0)) return stop(McapFault::NoMagic, "it does not begin as an MCAP file");
-    std::uint64_t at = size_ - std::min(size_, kEnd);
+    if (size_ < kEnd) return stop(size_, McapFault::Truncated, "it has no footer: the writer did not finish it");
+    std::uint64_t at = size_ - kEnd;
     std::uint8_t head[kMcapRecordHead];
     if (!has_magic(size_ - sizeof kMcapMagic) || !source_.read_at(at, head) ||
         static_cast<McapOpcode>(head[0]) != McapOpcode::Footer ||

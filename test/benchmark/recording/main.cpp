@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// recording [megabytes=64] [blocks=10] [bytes=1048576] [folder=.]: a recording, in turn with a loop of write(); each ends when the disk has it.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <sensor_msgs/msg/image.hpp>
+#include <string>
+
+#include "nacelle/base/time.hpp"
+#include "nacelle/io/descriptor.hpp"
+#include "ratios/ratio.hpp"
+#include "record/component/recording.hpp"
+#include "support/arguments.hpp"
+#include "support/usage.hpp"
+
+namespace nacelle::bench {
+namespace {
+
+using record::Recording;
+using sensor_msgs::msg::Image;
+
+/// Nanoseconds of a recording of `count` messages; `mallocs`: those of the second half of them, before the end.
+double record(const std::string& folder, const Image& image, std::uint64_t count, double& mallocs) {
+  const SystemClock clock;
+  const MonotonicTime begin = clock.now();
+  // Nothing is lost: as many bytes may wait as there are.
+  auto made = Recording::begin({.folder = folder, .most_waiting = SIZE_MAX, .keep_free = 0});
+  if (!made) {
+    std::fprintf(stderr, "%s\n", made.error().text().c_str());
+    std::exit(1);
+  }
+  Recording& recording = **made;
+  const auto topic = recording.add_topic("/image", Image::message_type(), {QoS(10)});
+  Usage half{};
+  for (std::uint64_t i = 0; i < count; ++i) {
+    if (i == count / 2) half = Usage::now();
+    recording.write(topic, &image, 1 + i, 1 + i);
+  }
+  mallocs = static_cast<double>((Usage::now() - half).mallocs) / static_cast<double>(count - count / 2);
+  const bool is_complete = !recording.finish() && recording.messages() == count;
+  const double passed = to_seconds(clock.now() - begin) * 1e9;
+  std::filesystem::remove_all(folder);
+  if (!is_complete) {
+    std::fprintf(stderr, "%s: the recording is not complete\n", folder.c_str());
+    std::exit(1);
+  }
+  return passed;
+}
+
+double write_plainly(const std::string& path, const Bytes& block, std::uint64_t count) {
+  const SystemClock clock;
+  const MonotonicTime begin = clock.now();
+  const io::Descriptor file{::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)};
+  for (std::uint64_t i = 0; i < count; ++i) {
+    if (::write(file.number(), block.data(), block.size()) != static_cast<ssize_t>(block.size())) std::exit(1);
+  }
+  if (::fdatasync(file.number()) != 0) std::exit(1);
+  const double passed = to_seconds(clock.now() - begin) * 1e9;
+  std::filesystem::remove(path);
+  return passed;
+}
+
+}  // namespace
+}  // namespace nacelle::bench
+
+int main(int count, char** words) {
+  using namespace nacelle;
+  using namespace nacelle::bench;
+  const Arguments arguments(count, words);
+  const std::string folder = arguments.text("folder", ".") + "/nacelle-recording-benchmark";
+  const std::uint64_t size = arguments.number("bytes", 1U << 20U);
+  const std::uint64_t messages = (arguments.number("megabytes", 64) << 20U) / size;
+  Image image;
+  image.data.resize(size);
+  const Bytes block(std::size_t{1} << 20U, 0x5A);
+  double mallocs = 0;
+  const Ratio ratio = interleave(
+      arguments.number("blocks", 10), [&] { return record(folder, image, messages, mallocs); },
+      [&] { return write_plainly(folder, block, messages * size / block.size()); });
+  print_figures({{"a_ns", ratio.a_ns},
+                 {"b_ns", ratio.b_ns},
+                 {"speed", ratio.b_ns / ratio.a_ns},
+                 {"mallocs", mallocs},
+                 {"mb_per_s", static_cast<double>(messages * size) / ratio.a_ns * 1e3}});
+  return 0;
+}
