@@ -13,7 +13,7 @@ namespace nacelle::record {
 namespace {
 
 constexpr const char* kEnded = "RECORDING_ENDED";
-constexpr std::uint64_t kMegabyte = 1000 * 1000;
+constexpr std::uint64_t kMegabyte = 1'000'000;
 
 ParameterDescriptor fixed(std::string description) {
   return {std::move(description), "", true, false, std::nullopt, std::nullopt};
@@ -24,7 +24,7 @@ ParameterDescriptor counted(std::string description, std::int64_t from, std::int
 
 /// The pattern's %Y, %m, ... are replaced as in date(1), in the machine's time zone. Empty: rosbag2's name.
 std::string folder_of(const std::string& pattern, WallTime now) {
-  const std::string given = pattern.empty() ? "rosbag2_%Y_%m_%d-%H_%M_%S" : pattern;
+  std::string given = pattern.empty() ? "rosbag2_%Y_%m_%d-%H_%M_%S" : pattern;
   if (given.find('%') == std::string::npos) return given;
   const auto seconds = static_cast<std::time_t>(now.since_origin / 1s);
   std::tm parts{};

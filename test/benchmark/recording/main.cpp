@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <sensor_msgs/msg/image.hpp>
 #include <string>
@@ -22,7 +23,7 @@ using record::Recording;
 using sensor_msgs::msg::Image;
 
 /// Nanoseconds of a recording of `count` messages; `mallocs`: those of the second half of them, before the end.
-double record(const std::string& folder, const Image& image, std::uint64_t count, double& mallocs) {
+double record_once(const std::string& folder, const Image& image, std::uint64_t count, double& mallocs) {
   const SystemClock clock;
   const MonotonicTime begin = clock.now();
   // Nothing is lost: as many bytes may wait as there are.
@@ -38,7 +39,8 @@ double record(const std::string& folder, const Image& image, std::uint64_t count
     if (i == count / 2) half = Usage::now();
     recording.write(topic, &image, 1 + i, 1 + i);
   }
-  mallocs = static_cast<double>((Usage::now() - half).mallocs) / static_cast<double>(count - count / 2);
+  const std::uint64_t second_half = count - count / 2;
+  mallocs = static_cast<double>((Usage::now() - half).mallocs) / static_cast<double>(second_half);
   const bool is_complete = !recording.finish() && recording.messages() == count;
   const double passed = to_seconds(clock.now() - begin) * 1e9;
   std::filesystem::remove_all(folder);
@@ -77,7 +79,7 @@ int main(int count, char** words) {
   const Bytes block(std::size_t{1} << 20U, 0x5A);
   double mallocs = 0;
   const Ratio ratio = interleave(
-      arguments.number("blocks", 10), [&] { return record(folder, image, messages, mallocs); },
+      arguments.number("blocks", 10), [&] { return record_once(folder, image, messages, mallocs); },
       [&] { return write_plainly(folder, block, messages * size / block.size()); });
   print_figures({{"a_ns", ratio.a_ns},
                  {"b_ns", ratio.b_ns},

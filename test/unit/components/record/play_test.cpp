@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The player alone, and as a component in a container.
-#include <rosgraph_msgs/msg/clock.hpp>
 #include <std_msgs/msg/int32.hpp>
-#include <std_msgs/msg/string.hpp>
 
 #include "nacelle/runtime/test_container.hpp"
 #include "record/component/player.hpp"
@@ -12,9 +10,7 @@
 namespace nacelle::record {
 namespace {
 
-using rosgraph_msgs::msg::Clock;
 using std_msgs::msg::Int32;
-using std_msgs::msg::String;
 
 constexpr std::uint64_t kStart = 1'800'000'000'000'000'000, kMillisecond = 1'000'000;
 
@@ -42,7 +38,7 @@ class PlayTest : public TemporaryFolder {
     options.from = recording->messages->first();
     options.to = recording->messages->last();
     writer_ =
-        container.container().transport().create_writer({"/numbers", &Int32::message_type(), QoS(100), "/player"});
+        container_.container().transport().create_writer({"/numbers", &Int32::message_type(), QoS(100), "/player"});
     std::vector<Player::Topic> topics(2);
     for (std::size_t i = 0; i < 2; ++i) {
       if (recording->messages->topics()[i].name == "/numbers")
@@ -54,7 +50,7 @@ class PlayTest : public TemporaryFolder {
     while (!player.figures().has_ended) std::this_thread::yield();
   }
 
-  runtime::TestContainer container;
+  runtime::TestContainer container_;
 
  private:
   const SystemClock clock_;
@@ -62,7 +58,7 @@ class PlayTest : public TemporaryFolder {
 };
 
 TEST_F(PlayTest, keeps_the_time_between_messages) {
-  auto numbers = container.subscribe<Int32>("/numbers", QoS(100));
+  auto numbers = container_.subscribe<Int32>("/numbers", QoS(100));
   const SystemClock clock;
   const MonotonicTime begin = clock.now();
   const auto player = play({.rate = 0.5});
@@ -76,7 +72,7 @@ TEST_F(PlayTest, keeps_the_time_between_messages) {
 }
 
 TEST_F(PlayTest, steps_seeks_and_goes_on) {
-  auto numbers = container.subscribe<Int32>("/numbers", QoS(100));
+  auto numbers = container_.subscribe<Int32>("/numbers", QoS(100));
   const auto player = play({.starts_paused = true});
   EXPECT_TRUE(player->is_paused());
   EXPECT_TRUE(player->play_next());  // the first one is on a topic that is not played
@@ -97,14 +93,15 @@ TEST_F(PlayTest, steps_seeks_and_goes_on) {
 }
 
 TEST_F(PlayTest, begins_again_and_tells_the_time) {
-  auto numbers = container.subscribe<Int32>("/numbers", QoS(100));
+  auto numbers = container_.subscribe<Int32>("/numbers", QoS(100));
   Guarded<std::vector<WallTime>> times;
   const auto player = play({.rate = 1000.0, .loops = true, .clock_period = 1ms, .publish_clock = [&](WallTime time) {
                               times.lock()->push_back(time);
                             }});
   for (int i = 0; i < 12; ++i) EXPECT_EQ(numbers.next().data, 1 + i % 5);
   EXPECT_FALSE(player->figures().has_ended);
-  for (const WallTime& time : *times.lock()) {
+  const std::vector<WallTime> told = *times.lock();
+  for (const WallTime& time : told) {
     EXPECT_GE(time.since_origin.count(), static_cast<std::int64_t>(kStart));
     EXPECT_LE(time.since_origin.count(), static_cast<std::int64_t>(kStart + 100 * kMillisecond));
   }
@@ -118,17 +115,17 @@ TEST_F(PlayTest, decodes_nothing_that_nobody_reads) {
 }
 
 TEST_F(PlayTest, as_a_component_publishes_with_the_recorded_qos) {
-  auto numbers = container.subscribe<Int32>("/other", QoS(100));
+  auto numbers = container_.subscribe<Int32>("/other", QoS(100));
   runtime::LoadRequest request;
   request.plugin = "nacelle::record::PlayComponent";
   request.parameters = {{"storage.uri", path("bag")}, {"play.rate", 100.0}};
   request.remaps = {make_remap_rule("/numbers", "/other").value()};
-  const auto loaded = container.container().load(request);
+  const auto loaded = container_.container().load(request);
   ASSERT_TRUE(loaded) << loaded.error().text();
   for (const Transition step : {Transition::Configure, Transition::Activate})
-    EXPECT_EQ(container.container().trigger(loaded->id, step).reason, "");
+    EXPECT_EQ(container_.container().trigger(loaded->id, step).reason, "");
   for (int i = 1; i <= 5; ++i) EXPECT_EQ(numbers.next().data, i);
-  auto late = container.subscribe<Int32>("/kept", QoS(1).transient_local());
+  auto late = container_.subscribe<Int32>("/kept", QoS(1).transient_local());
   EXPECT_EQ(late.next().data, 1000) << "as its publisher offered when it was recorded";
 }
 
@@ -136,9 +133,9 @@ TEST_F(PlayTest, as_a_component_refuses_what_it_cannot_play) {
   const auto refused = [&](std::map<std::string, ParameterValue> parameters) {
     std::string why;
     try {
-      container.start("nacelle::record::PlayComponent", std::move(parameters));
+      container_.start("nacelle::record::PlayComponent", std::move(parameters));
     } catch (const std::runtime_error& error) { why = error.what(); }
-    EXPECT_TRUE(container.container().unload(container.container().find("rosbag2_player")->id));
+    EXPECT_TRUE(container_.container().unload(container_.container().find("rosbag2_player")->id));
     return why;
   };
   EXPECT_NE(refused({}).find("no recording is named"), std::string::npos);

@@ -30,10 +30,10 @@ class RecordComponentTest : public TemporaryFolder {
   runtime::ComponentInfo record(std::map<std::string, ParameterValue> parameters) {
     parameters.emplace("storage.uri", path("bag"));
     parameters.emplace("storage.keep_free", std::int64_t{1});
-    return container.start(kRecorder, std::move(parameters));
+    return container_.start(kRecorder, std::move(parameters));
   }
   void end(const runtime::ComponentInfo& recorder) {
-    EXPECT_EQ(container.container().trigger(recorder.id, Transition::Deactivate).reason, "");
+    EXPECT_EQ(container_.container().trigger(recorder.id, Transition::Deactivate).reason, "");
   }
   /// The number of messages of each topic.
   std::map<std::string, std::uint64_t> recorded(const std::string& file = "bag/bag_0.mcap") {
@@ -45,17 +45,17 @@ class RecordComponentTest : public TemporaryFolder {
     return all;
   }
 
-  runtime::TestContainer container;
+  runtime::TestContainer container_;
 };
 
 TEST_F(RecordComponentTest, records_what_is_there_and_what_comes_later) {
-  auto before = container.advertise<String>("/before", QoS(10));
-  auto kept = container.advertise<String>("/kept", QoS(1).transient_local());
+  auto before = container_.advertise<String>("/before", QoS(10));
+  auto kept = container_.advertise<String>("/kept", QoS(1).transient_local());
   kept.publish(words("from before the recording"));
   const auto recorder = record({{"record.all_topics", true}});
   before.publish(words("a"));
-  auto later = container.advertise<String>("/later", QoS(10).best_effort());
-  auto reader = container.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
+  auto later = container_.advertise<String>("/later", QoS(10).best_effort());
+  auto reader = container_.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
   EXPECT_EQ(reader.next().status.front().name, "rosbag2_recorder: recording");  // a second: it knows /later
   later.publish(words("b"));
   later.publish(words("c"));
@@ -68,8 +68,8 @@ TEST_F(RecordComponentTest, records_what_is_there_and_what_comes_later) {
 }
 
 TEST_F(RecordComponentTest, takes_the_topics_that_are_chosen) {
-  auto a = container.advertise<String>("/a", QoS(10));
-  auto b = container.advertise<String>("/b", QoS(10));
+  auto a = container_.advertise<String>("/a", QoS(10));
+  auto b = container_.advertise<String>("/b", QoS(10));
   const auto recorder = record({{"record.topics", std::vector<std::string>{"b"}}});
   a.publish(words("a"));
   b.publish(words("b"));
@@ -79,11 +79,11 @@ TEST_F(RecordComponentTest, takes_the_topics_that_are_chosen) {
 
 // The second publisher's QoS does not fit the reader that the first one got.
 TEST_F(RecordComponentTest, reads_a_topic_again_with_what_all_its_publishers_offer) {
-  auto reliable = container.advertise<String>("/a", QoS(10).transient_local());
+  auto reliable = container_.advertise<String>("/a", QoS(10).transient_local());
   reliable.publish(words("1"));
   const auto recorder = record({{"record.all_topics", true}});
-  auto loose = container.advertise<String>("/a", QoS(10).best_effort());
-  auto reader = container.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
+  auto loose = container_.advertise<String>("/a", QoS(10).best_effort());
+  auto reader = container_.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
   static_cast<void>(reader.next());  // a second
   reliable.publish(words("2"));
   loose.publish(words("3"));
@@ -93,9 +93,9 @@ TEST_F(RecordComponentTest, reads_a_topic_again_with_what_all_its_publishers_off
 
 // Of messages in a device's memory the reader holds one.
 TEST_F(RecordComponentTest, records_a_message_above_a_chunks_size) {
-  auto camera = container.advertise<Image>("/image", QoS(2));
+  auto camera = container_.advertise<Image>("/image", QoS(2));
   const auto recorder = record({{"record.all_topics", true}});
-  auto reader = container.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
+  auto reader = container_.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
   static_cast<void>(reader.next());
   Image image;
   image.data.resize(std::size_t{3} << 20U);  // above a chunk's size
@@ -107,7 +107,7 @@ TEST_F(RecordComponentTest, records_a_message_above_a_chunks_size) {
 TEST_F(RecordComponentTest, makes_a_recording_each_time_it_is_active) {
   const auto recorder = record({{"record.all_topics", true}, {"storage.uri", path("%%%Y")}});
   end(recorder);
-  EXPECT_NE(container.container().trigger(recorder.id, Transition::Activate).reason.find("exists already"),
+  EXPECT_NE(container_.container().trigger(recorder.id, Transition::Activate).reason.find("exists already"),
             std::string::npos);
   std::size_t found = 0;
   for (const auto& entry : std::filesystem::directory_iterator{folder_}) {
@@ -118,17 +118,17 @@ TEST_F(RecordComponentTest, makes_a_recording_each_time_it_is_active) {
 }
 
 TEST_F(RecordComponentTest, tells_when_it_ends_by_itself) {
-  auto a = container.advertise<String>("/a", QoS(10));
+  auto a = container_.advertise<String>("/a", QoS(10));
   const auto recorder =
       record({{"record.topics", std::vector<std::string>{"/a"}}, {"storage.keep_free", std::int64_t{1'000'000'000}}});
-  auto reader = container.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
+  auto reader = container_.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
   static_cast<void>(reader.next());
   a.publish(words("for a petabyte"));
   DiagnosticArray report;
   for (int i = 0; i < 5 && (report.status.empty() || report.status.front().level != 2); ++i) report = reader.next();
   ASSERT_EQ(report.status.front().level, 2);
   EXPECT_NE(report.status.front().message.find("the disk is full"), std::string::npos);
-  const auto found = container.container().find(std::to_string(recorder.id));
+  const auto found = container_.container().find(std::to_string(recorder.id));
   ASSERT_TRUE(found);
   ASSERT_EQ(found->open_faults.size(), 1U) << "the robot goes on";
   EXPECT_EQ(found->open_faults.front().code, "RECORDING_ENDED");
@@ -141,7 +141,7 @@ TEST_F(RecordComponentTest, refuses_what_it_cannot_do) {
     try {
       record(std::move(parameters));
     } catch (const std::runtime_error& error) { why = error.what(); }
-    EXPECT_TRUE(container.container().unload(container.container().find("rosbag2_recorder")->id));
+    EXPECT_TRUE(container_.container().unload(container_.container().find("rosbag2_recorder")->id));
     return why;
   };
   EXPECT_NE(refused({}).find("no topic is chosen"), std::string::npos);
