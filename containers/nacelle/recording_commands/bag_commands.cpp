@@ -3,6 +3,7 @@
 
 #include "recording_commands/bag_check.hpp"
 #include "recording_commands/bag_copy.hpp"
+#include "recording_commands/bag_diff.hpp"
 #include "recording_commands/bag_info.hpp"
 #include "recording_commands/bag_record.hpp"
 #include "recording_commands/commands.hpp"
@@ -31,6 +32,24 @@ void add_check(Command& group) {
   command.note(
       "Exit code 1 if something is wrong. Messages of types that are not installed are counted, and not decoded.");
   command.runs([wish] { return check_bag(*wish); });
+}
+
+void add_diff(Command& group) {
+  auto wish = std::make_shared<BagDiffWish>();
+  Command& command = group.add("diff", "compare two recordings by topic, message and field");
+  command.option("a", wish->a, "an MCAP file, or the folder that `ros2 bag record` made")
+      .required()
+      .names_a(Names::File);
+  command.option("b", wish->b, "another").required().names_a(Names::File);
+  command.option("--tolerance", wish->tolerance, "a YAML file: by how much fields may differ, and which are ignored")
+      .value("FILE")
+      .names_a(Names::File);
+  command.option("--topics", wish->topics, "only these topics").value("TOPIC");
+  command.flag("--json", wish->as_json, "print JSON");
+  command.note(
+      "The n-th message of a topic in A is compared with the n-th in B; the times at which they were recorded are not. "
+      "Exit code 0: equal; 1: different; 2: they cannot be compared.");
+  command.runs([wish] { return diff_bags(*wish); });
 }
 
 constexpr const char* kBag = "an MCAP file, or the folder that `ros2 bag record` made; it is not changed";
@@ -133,6 +152,7 @@ void add_bag_commands(Command& root) {
   add_record(group);
   add_info(group);
   add_check(group);
+  add_diff(group);
   add_recover(group);
   add_cut(group);
   add_filter(group);
