@@ -4,10 +4,12 @@ import json
 import pathlib
 import struct
 import unittest
+import xml.etree.ElementTree
 import zlib
 
 from robot import RobotTest, of_words
 
+SVG = "{http://www.w3.org/2000/svg}"
 TALKER = str(pathlib.Path(__file__).resolve().parents[2] / "docs" / "examples" / "recordings" / "talker.mcap")
 
 # Written from the tables of the MCAP specification, apart from Nacelle's writer.
@@ -194,6 +196,40 @@ class Bag(RobotTest):
         code, _, err = self.nacelle("bag", "diff", path, path, "--tolerance", other)
         self.assertEqual(code, 0)
         self.assertIn("neither recording has the topic /never", err)
+
+    def test_plot_draws_fields_over_time_and_over_each_other(self):
+        points = b"".join(message(1, (100 + at) * SECOND, b"\0\1\0\0" + struct.pack("<3d", 3 * at, 2.5, -at)) for at in range(5))
+        path = self.write("path.mcap", bag(schema(1, "geometry_msgs/msg/Point"), channel(1, 1, "/place"), points))
+        picture = self.bags / "picture.svg"
+        code, out, err = self.nacelle("bag", "plot", path, "/place.x", "place.z", "-o", str(picture))
+        self.assertEqual((code, out, err), (0, f"{picture}: 2 lines, 10 points\n", ""))
+        root = xml.etree.ElementTree.parse(picture).getroot()
+        texts = [element.text for element in root.iter(SVG + "text")]
+        self.assertLessEqual({"/place.x", "/place.z", "time since the first message [s]", "0", "4.0"}, set(texts))
+        self.assertEqual(len(list(root.iter(SVG + "polyline"))), 2)
+        code, out, _ = self.nacelle("bag", "plot", path, "/place.z", "--x", "/place.x", "-o", str(picture))
+        self.assertEqual((code, out), (0, f"{picture}: 1 line, 5 points\n"))
+        (line,) = xml.etree.ElementTree.parse(picture).getroot().iter(SVG + "polyline")
+        first, *_, last = (tuple(map(float, place.split(","))) for place in line.get("points").split())
+        self.assertAlmostEqual((last[0] - first[0]) / (last[1] - first[1]), 3.0, delta=0.05, msg="a metre is as long on both axes")
+
+    def test_plot_names_the_nearest_topic_and_field(self):
+        path = self.write("path.mcap", bag(schema(1, "geometry_msgs/msg/Vector3"), channel(1, 1, "/place"),
+                                           message(1, SECOND, b"\0\1\0\0" + struct.pack("<3d", 1, 2, 3))))  # fmt: skip
+        for words, code, expected in (
+            (("/plaec.x",), 1, "did you mean '/place'?"),
+            (("/place.xx",), 1, "did you mean 'x'?"),
+            (("/place.x", "--x", "/place.q"), 1, "its fields are x, y, z"),
+            (("/place",), 2, "it is no field of a topic"),
+            (("/place.x[",), 2, "a '[' has no ']'"),
+        ):
+            got, _, err = self.nacelle("bag", "plot", path, *words, "-o", str(self.bags / "none.svg"))
+            self.assertEqual(got, code, words)
+            self.assertIn(expected, err)
+        code, _, err = self.nacelle("bag", "plot", TALKER, "/chatter.data", "-o", str(self.bags / "none.svg"))
+        self.assertEqual(code, 1)
+        self.assertIn("field data: it is a text", err)
+        self.assertFalse((self.bags / "none.svg").exists())
 
     def test_what_is_no_recording_is_named(self):
         path = self.write("words.mcap", b"no recording at all")

@@ -5,6 +5,7 @@
 #include "recording_commands/bag_copy.hpp"
 #include "recording_commands/bag_diff.hpp"
 #include "recording_commands/bag_info.hpp"
+#include "recording_commands/bag_plot.hpp"
 #include "recording_commands/bag_record.hpp"
 #include "recording_commands/commands.hpp"
 
@@ -50,6 +51,25 @@ void add_diff(Command& group) {
       "The n-th message of a topic in A is compared with the n-th in B; the times at which they were recorded are not. "
       "Exit code 0: equal; 1: different; 2: they cannot be compared.");
   command.runs([wish] { return diff_bags(*wish); });
+}
+
+void add_plot(Command& group) {
+  auto wish = std::make_shared<BagPlotWish>();
+  Command& command = group.add("plot", "draw numeric fields of a recording into an SVG file");
+  command.option("bag", wish->path, "an MCAP file, or the folder that `ros2 bag record` made")
+      .required()
+      .names_a(Names::File);
+  command.option("fields", wish->fields, "a line each: /odom.pose.pose.position.x, /scan.ranges[3]")
+      .required()
+      .checked(wrong_topic_field);
+  command.option("--x", wish->x, "over this field instead of the time; with x, y or z of a position: equal scales")
+      .value("FIELD")
+      .checked(wrong_topic_field);
+  command.option("-o,--output", wish->output, "the SVG file; one that exists is replaced")
+      .required()
+      .value("FILE")
+      .names_a(Names::File);
+  command.runs([wish] { return plot_bag(*wish); });
 }
 
 constexpr const char* kBag = "an MCAP file, or the folder that `ros2 bag record` made; it is not changed";
@@ -153,6 +173,7 @@ void add_bag_commands(Command& root) {
   add_info(group);
   add_check(group);
   add_diff(group);
+  add_plot(group);
   add_recover(group);
   add_cut(group);
   add_filter(group);
