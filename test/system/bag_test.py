@@ -162,7 +162,8 @@ class Bag(RobotTest):
     def test_diff_names_the_first_difference_and_applies_tolerances(self):
         words = ("hello", "other")
         for number in range(2):
-            path = self.write(f"said_{number}.raw.mcap", bag(talk(1, 3), chunk(message(7, 4 * SECOND, cdr_string(words[number])), 4 * SECOND, 4 * SECOND)))
+            last = message(7, 4 * SECOND, cdr_string(words[number]))
+            path = self.write(f"said_{number}.raw.mcap", bag(talk(1, 3), chunk(last, 4 * SECOND, 4 * SECOND)))
             self.assertEqual(self.nacelle("bag", "convert", path, "-o", str(self.bags / f"said_{number}.mcap"))[0], 0)
         both = (str(self.bags / "said_0.mcap"), str(self.bags / "said_1.mcap"))
         code, out, _ = self.nacelle("bag", "diff", *both)
