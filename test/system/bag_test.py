@@ -4,9 +4,13 @@ import json
 import pathlib
 import struct
 import unittest
+import xml.etree.ElementTree
 import zlib
 
 from robot import RobotTest, of_words
+
+SVG = "{http://www.w3.org/2000/svg}"
+TALKER = str(pathlib.Path(__file__).resolve().parents[2] / "docs" / "examples" / "recordings" / "talker.mcap")
 
 # Written from the tables of the MCAP specification, apart from Nacelle's writer.
 MAGIC = b"\x89MCAP0\r\n"
@@ -143,6 +147,90 @@ class Bag(RobotTest):
         self.assertEqual(code, 1)
         self.assertIn("has no footer", err)
         self.assertFalse(pathlib.Path(copy).exists())
+
+    def test_diff_compares_messages_in_their_order(self):
+        same, fewer = str(self.bags / "same.mcap"), str(self.bags / "fewer.mcap")
+        self.assertEqual(self.nacelle("bag", "convert", TALKER, "-o", same, "--compression", "lz4")[0], 0)
+        self.assertEqual(self.nacelle("bag", "cut", TALKER, "-o", fewer, "--duration", "1")[0], 0)
+        code, out, err = self.nacelle("bag", "diff", same, same)
+        self.assertEqual((code, err), (0, ""))
+        self.assertEqual(out, "/chatter [std_msgs/msg/String]: 26 messages in both, 26 equal\nequal\n")
+        code, out, _ = self.nacelle("bag", "diff", same, fewer)
+        self.assertEqual(code, 1)
+        self.assertIn("/chatter [std_msgs/msg/String]: 26 messages in A, 11 in B, 11 equal\n", out)
+
+    def test_diff_names_the_first_difference_and_applies_tolerances(self):
+        words = ("hello", "other")
+        for number in range(2):
+            last = message(7, 4 * SECOND, cdr_string(words[number]))
+            path = self.write(f"said_{number}.raw.mcap", bag(talk(1, 3), chunk(last, 4 * SECOND, 4 * SECOND)))
+            self.assertEqual(self.nacelle("bag", "convert", path, "-o", str(self.bags / f"said_{number}.mcap"))[0], 0)
+        both = (str(self.bags / "said_0.mcap"), str(self.bags / "said_1.mcap"))
+        code, out, _ = self.nacelle("bag", "diff", *both)
+        self.assertEqual(code, 1)
+        self.assertIn("  first in message 3 at 3.000 s in A, 3.000 s in B: data: 'hello' in A, 'other' in B\n", out)
+        self.assertIn("/secret [my_msgs/msg/Secret]: 1 message in both, 1 equal (compared by bytes: the type is not installed)\n", out)
+        code, out, _ = self.nacelle("bag", "diff", *both, "--json")
+        found = json.loads(out)
+        chatter = found["topics"][0]
+        self.assertEqual((code, found["equal"], chatter["equal"], chatter["different"]), (1, False, 3, 1))
+        self.assertEqual((chatter["first"]["path"], chatter["first"]["value_b"], chatter["first"]["time_b_ns"]), ("data", "'other'", 4 * SECOND))
+        self.assertEqual(self.nacelle("bag", "diff", *both, "--topics", "/secret")[0], 0)
+        ignored = self.write("ignored.yaml", b"/chatter: {data: {ignore: true}}\n")
+        self.assertEqual(self.nacelle("bag", "diff", *both, "--tolerance", ignored)[0], 0)
+
+    def test_diff_says_with_another_code_why_it_cannot_compare(self):
+        path = str(self.bags / "talk.mcap")
+        self.nacelle("bag", "convert", TALKER, "-o", path)
+        for words, expected in (
+            ((path, "/no/such"), "No such file"),
+            ((path, TALKER), "it has no summary"),
+            ((path, path, "--topics", "/chater"), "did you mean '/chatter'?"),
+            ((path, path, "--tolerance", "/no/such"), "No such file"),
+            ((path, path, "--tolerance", self.write("bad.yaml", b"/chatter:\n  data: -1\n")), "bad.yaml:2: the tolerance of data"),
+            ((path, path, "--tolerance", self.write("path.yaml", b"/chatter:\n  dat: 1\n")), "did you mean 'data'?"),
+        ):
+            code, _, err = self.nacelle("bag", "diff", *words)
+            self.assertEqual(code, 2, words)
+            self.assertIn(expected, err)
+        other = self.write("other.yaml", b"/never: {data: 1}\n")
+        code, _, err = self.nacelle("bag", "diff", path, path, "--tolerance", other)
+        self.assertEqual(code, 0)
+        self.assertIn("neither recording has the topic /never", err)
+
+    def test_plot_draws_fields_over_time_and_over_each_other(self):
+        points = b"".join(message(1, (100 + at) * SECOND, b"\0\1\0\0" + struct.pack("<3d", 3 * at, 2.5, -at)) for at in range(5))
+        path = self.write("path.mcap", bag(schema(1, "geometry_msgs/msg/Point"), channel(1, 1, "/place"), points))
+        picture = self.bags / "picture.svg"
+        code, out, err = self.nacelle("bag", "plot", path, "/place.x", "place.z", "-o", str(picture))
+        self.assertEqual((code, out, err), (0, f"{picture}: 2 lines, 10 points\n", ""))
+        root = xml.etree.ElementTree.parse(picture).getroot()
+        texts = [element.text for element in root.iter(SVG + "text")]
+        self.assertLessEqual({"/place.x", "/place.z", "time since the first message [s]", "0", "4.0"}, set(texts))
+        self.assertEqual(len(list(root.iter(SVG + "polyline"))), 2)
+        code, out, _ = self.nacelle("bag", "plot", path, "/place.z", "--x", "/place.x", "-o", str(picture))
+        self.assertEqual((code, out), (0, f"{picture}: 1 line, 5 points\n"))
+        (line,) = xml.etree.ElementTree.parse(picture).getroot().iter(SVG + "polyline")
+        first, *_, last = (tuple(map(float, place.split(","))) for place in line.get("points").split())
+        self.assertAlmostEqual((last[0] - first[0]) / (last[1] - first[1]), 3.0, delta=0.05, msg="a metre is as long on both axes")
+
+    def test_plot_names_the_nearest_topic_and_field(self):
+        path = self.write("path.mcap", bag(schema(1, "geometry_msgs/msg/Vector3"), channel(1, 1, "/place"),
+                                           message(1, SECOND, b"\0\1\0\0" + struct.pack("<3d", 1, 2, 3))))  # fmt: skip
+        for words, code, expected in (
+            (("/plaec.x",), 1, "did you mean '/place'?"),
+            (("/place.xx",), 1, "did you mean 'x'?"),
+            (("/place.x", "--x", "/place.q"), 1, "its fields are x, y, z"),
+            (("/place",), 2, "it is no field of a topic"),
+            (("/place.x[",), 2, "a '[' has no ']'"),
+        ):
+            got, _, err = self.nacelle("bag", "plot", path, *words, "-o", str(self.bags / "none.svg"))
+            self.assertEqual(got, code, words)
+            self.assertIn(expected, err)
+        code, _, err = self.nacelle("bag", "plot", TALKER, "/chatter.data", "-o", str(self.bags / "none.svg"))
+        self.assertEqual(code, 1)
+        self.assertIn("field data: it is a text", err)
+        self.assertFalse((self.bags / "none.svg").exists())
 
     def test_what_is_no_recording_is_named(self):
         path = self.write("words.mcap", b"no recording at all")

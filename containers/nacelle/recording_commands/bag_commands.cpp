@@ -3,8 +3,10 @@
 
 #include "recording_commands/bag_check.hpp"
 #include "recording_commands/bag_copy.hpp"
+#include "recording_commands/bag_diff.hpp"
 #include "recording_commands/bag_info.hpp"
 #include "recording_commands/bag_play.hpp"
+#include "recording_commands/bag_plot.hpp"
 #include "recording_commands/bag_record.hpp"
 #include "recording_commands/commands.hpp"
 
@@ -32,6 +34,43 @@ void add_check(Command& group) {
   command.note(
       "Exit code 1 if something is wrong. Messages of types that are not installed are counted, and not decoded.");
   command.runs([wish] { return check_bag(*wish); });
+}
+
+void add_diff(Command& group) {
+  auto wish = std::make_shared<BagDiffWish>();
+  Command& command = group.add("diff", "compare two recordings by topic, message and field");
+  command.option("a", wish->a, "an MCAP file, or the folder that `ros2 bag record` made")
+      .required()
+      .names_a(Names::File);
+  command.option("b", wish->b, "another").required().names_a(Names::File);
+  command.option("--tolerance", wish->tolerance, "a YAML file: by how much fields may differ, and which are ignored")
+      .value("FILE")
+      .names_a(Names::File);
+  command.option("--topics", wish->topics, "only these topics").value("TOPIC");
+  command.flag("--json", wish->as_json, "print JSON");
+  command.note(
+      "The n-th message of a topic in A is compared with the n-th in B; the times at which they were recorded are not. "
+      "Exit code 0: equal; 1: different; 2: they cannot be compared.");
+  command.runs([wish] { return diff_bags(*wish); });
+}
+
+void add_plot(Command& group) {
+  auto wish = std::make_shared<BagPlotWish>();
+  Command& command = group.add("plot", "draw numeric fields of a recording into an SVG file");
+  command.option("bag", wish->path, "an MCAP file, or the folder that `ros2 bag record` made")
+      .required()
+      .names_a(Names::File);
+  command.option("fields", wish->fields, "a line each: /odom.pose.pose.position.x, /scan.ranges[3]")
+      .required()
+      .checked(wrong_topic_field);
+  command.option("--x", wish->x, "over this field instead of the time; with x, y or z of a position: equal scales")
+      .value("FIELD")
+      .checked(wrong_topic_field);
+  command.option("-o,--output", wish->output, "the SVG file; one that exists is replaced")
+      .required()
+      .value("FILE")
+      .names_a(Names::File);
+  command.runs([wish] { return plot_bag(*wish); });
 }
 
 constexpr const char* kBag = "an MCAP file, or the folder that `ros2 bag record` made; it is not changed";
@@ -168,6 +207,8 @@ void add_bag_commands(Command& root) {
   add_play(group);
   add_info(group);
   add_check(group);
+  add_diff(group);
+  add_plot(group);
   add_recover(group);
   add_cut(group);
   add_filter(group);

@@ -45,7 +45,7 @@ class SeenFile final : public McapVisitor {
   void on_channel(const McapChannel& channel) override {
     std::string text = "channel " + std::to_string(channel.id) + " of " + std::to_string(channel.schema_id) + " " +
                        channel.topic + " " + channel.message_encoding;
-    for (const auto& [key, value] : channel.metadata) text += " " + key + "=" + value;
+    for (const auto& [key, value] : channel.metadata) text.append(" ").append(key).append("=").append(value);
     note(text);
   }
   void on_message(const McapMessage& message, const McapSpot& spot) override {
@@ -68,7 +68,7 @@ class SeenFile final : public McapVisitor {
   }
   void on_metadata(const McapMetadata& metadata, const McapSpot&) override {
     std::string text = "metadata " + metadata.name;
-    for (const auto& [key, value] : metadata.metadata) text += " " + key + "=" + value;
+    for (const auto& [key, value] : metadata.metadata) text.append(" ").append(key).append("=").append(value);
     note(text);
   }
   void on_chunk_index(const McapChunkIndex& index) override { chunk_indexes.push_back(index); }
