@@ -184,7 +184,7 @@ class Bag(RobotTest):
         self.nacelle("bag", "convert", TALKER, "-o", path)
         for words, expected in (
             ((path, "/no/such"), "No such file"),
-            ((path, TALKER), "it has no summary"),
+            ((path, self.write("cut.mcap", bag(talk(1, 3), whole=False))), "it has no footer"),
             ((path, path, "--topics", "/chater"), "did you mean '/chatter'?"),
             ((path, path, "--tolerance", "/no/such"), "No such file"),
             ((path, path, "--tolerance", self.write("bad.yaml", b"/chatter:\n  data: -1\n")), "bad.yaml:2: the tolerance of data"),
