@@ -48,8 +48,8 @@ class Recording {
   std::size_t add_topic(const std::string& name, const msgs::MessageType& type, std::vector<QoS> offered);
   [[nodiscard]] const std::vector<Topic>& topics() const { return topics_; }
 
-  /// Encodes a message of the topic with this number into the open chunk. Times are nanoseconds since the Unix epoch: when it came, and when it was published. Does
-  /// nothing once the recording has ended.
+  /// Encodes a message of the topic with this number into the open chunk. Times are nanoseconds since the Unix epoch: when it came, and when it
+  /// was published. Does nothing once the recording has ended.
   void write(std::size_t index, const void* message, std::uint64_t log_time, std::uint64_t publish_time);
   /// Closes a chunk that is a second old. To be called several times a second.
   void look_at_time(MonotonicTime now);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "isolation/isolated_process.hpp"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -59,7 +60,9 @@ class IsolatedProcess {
       notes_.lock()->push_back(std::move(note));
       wake();
     };
-    link.on_end = [this](const Problem&) {
+    link.on_end = [this, socket](const Problem&) {
+      // Ended from here, not by the container: it was closed.
+      if (::fcntl(socket, F_GETFD) < 0) end_without_descriptors();
       over_ = true;
       wake();
     };
