@@ -130,6 +130,7 @@ EXAMPLES = (
     Example("bag cut docs/examples/recordings/talker.mcap --start-offset 1 --duration 1 -o second.mcap"),
     Example("bag filter docs/examples/recordings/talker.mcap -x rosout -o chatter.mcap"),
     Example("bag convert docs/examples/recordings/talker.mcap -o small.mcap --compression lz4"),
+    Example("bag merge second.mcap chatter.mcap -o merged.mcap"),
     Example("teleop", keys="iik", lines=20),
     # A robot that stands still shows a magnetometer one direction only.
     Example("imu calibrate --mag --turn 2", stdin="ready", exit_codes=(1,)),

@@ -144,6 +144,32 @@ class Bag(RobotTest):
         self.assertIn("has no footer", err)
         self.assertFalse(pathlib.Path(copy).exists())
 
+    def test_recordings_are_merged_in_the_order_of_time(self):
+        self.write("parts/parts_0.mcap", bag(talk(10, 14)))
+        self.write("parts/parts_1.mcap", bag(talk(15, 19)))
+        other = self.write("other.mcap", bag(talk(12, 17)))
+        merged = str(self.bags / "merged.mcap")
+        code, out, err = self.nacelle("bag", "merge", "-o", merged, str(self.bags / "parts"), other, "--compression", "lz4")
+        self.assertEqual((code, err), (0, ""), out)
+        self.assertIn("merged.mcap: 19 messages of 3 files", out)
+        self.assertEqual(self.nacelle("bag", "check", merged)[0], 0)
+        found = json.loads(self.nacelle("bag", "info", merged, "--json")[1])
+        self.assertEqual((found["messages"], found["start_ns"], found["end_ns"]), (19, 10 * SECOND, 19 * SECOND))
+        self.assertEqual([(topic["name"], topic["messages"]) for topic in found["topics"]], [("/chatter", 16), ("/secret", 3)])
+        code, _, err = self.nacelle("bag", "merge", "-o", merged, other)
+        self.assertEqual(code, 1)
+        self.assertIn("exists already", err)
+
+    def test_a_topic_of_two_types_is_not_merged(self):
+        one = self.write("one.mcap", bag(talk(1, 3)))
+        two = self.write("two.mcap", bag(schema(1, "std_msgs/msg/Int32") + channel(1, 1, "/chatter")))
+        merged = self.bags / "merged.mcap"
+        code, _, err = self.nacelle("bag", "merge", one, two, "-o", str(merged))
+        self.assertEqual(code, 1)
+        for word in (one, two, "/chatter", "std_msgs/msg/String", "std_msgs/msg/Int32"):
+            self.assertIn(word, err)
+        self.assertFalse(merged.exists())
+
     def test_what_is_no_recording_is_named(self):
         path = self.write("words.mcap", b"no recording at all")
         for command in ("info", "check", "recover"):

@@ -38,6 +38,8 @@ class FileSink final : public ByteSink {
   [[nodiscard]] bool write(ByteView bytes) override;
   /// Waits until the disk has all that was written. Errors: false.
   [[nodiscard]] bool sync();
+  /// A write or a sync failed.
+  [[nodiscard]] bool has_failed() const { return error_ != 0; }
   /// Returns why the last write or sync failed.
   [[nodiscard]] Problem problem() const;
 

@@ -17,30 +17,16 @@ std::uint64_t length_of(ByteView head) {
   return length;
 }
 
-class Walk {
+class Walk final : public RecordingReader {
  public:
   Walk(ByteSource& source, McapVisitor& visitor) : source_(source), visitor_(visitor), size_(source.size()) {}
 
-  bool run() {
-    if (!has_magic(0)) return stop(McapFault::NoMagic, "it does not begin as an MCAP file");
-    std::uint64_t at = sizeof kMcapMagic;
-    while (at < size_) {
-      if (size_ - at < kMcapRecordHead) return stop(at, McapFault::Truncated, "it ends inside the head of a record");
-      std::uint8_t head[kMcapRecordHead];
-      if (!source_.read_at(at, head)) return stop(at, McapFault::Unreadable, "reading failed");
-      const std::uint64_t length = length_of(head);
-      if (length > size_ - at - kMcapRecordHead) return stop(at, McapFault::Truncated, "it ends inside a record");
-      if (length > kMostMcapRecordBytes) return stop(at, McapFault::TooLarge, "a record has more than 1 GiB");
-      content_.resize(length);
-      if (!source_.read_at(at + kMcapRecordHead, content_)) return stop(at, McapFault::Unreadable, "reading failed");
-      const auto opcode = static_cast<McapOpcode>(head[0]);
-      spot_ = {at, kMcapRecordHead + length, 0};
-      at += spot_.length;
-      if (opcode == McapOpcode::Footer) return end(at);
-      if (!top_level(opcode)) tell(McapFault::BadRecord, "a field reaches beyond its record");
-    }
-    return stop(at, McapFault::Truncated, "it has no footer: the writer did not finish it");
+  bool next() override {
+    if (has_ended_) return false;
+    has_ended_ = !step();
+    return !has_ended_;
   }
+  bool is_complete() const override { return is_complete_; }
 
  private:
   bool has_magic(std::uint64_t at) {
@@ -54,6 +40,32 @@ class Walk {
     return false;
   }
   bool stop(McapFault fault, const char* what) { return stop(0, fault, what); }
+
+  /// Hands over the record at at_. False if it was the last one, or a problem ends the walk.
+  bool step() {
+    if (at_ == 0) {
+      if (!has_magic(0)) return stop(McapFault::NoMagic, "it does not begin as an MCAP file");
+      at_ = sizeof kMcapMagic;
+    }
+    if (at_ >= size_) return stop(at_, McapFault::Truncated, "it has no footer: the writer did not finish it");
+    if (size_ - at_ < kMcapRecordHead) return stop(at_, McapFault::Truncated, "it ends inside the head of a record");
+    std::uint8_t head[kMcapRecordHead];
+    if (!source_.read_at(at_, head)) return stop(at_, McapFault::Unreadable, "reading failed");
+    const std::uint64_t length = length_of(head);
+    if (length > size_ - at_ - kMcapRecordHead) return stop(at_, McapFault::Truncated, "it ends inside a record");
+    if (length > kMostMcapRecordBytes) return stop(at_, McapFault::TooLarge, "a record has more than 1 GiB");
+    content_.resize(length);
+    if (!source_.read_at(at_ + kMcapRecordHead, content_)) return stop(at_, McapFault::Unreadable, "reading failed");
+    const auto opcode = static_cast<McapOpcode>(head[0]);
+    spot_ = {at_, kMcapRecordHead + length, 0};
+    at_ += spot_.length;
+    if (opcode == McapOpcode::Footer) {
+      is_complete_ = end(at_);
+      return false;
+    }
+    if (!top_level(opcode)) tell(McapFault::BadRecord, "a field reaches beyond its record");
+    return true;
+  }
 
   bool end(std::uint64_t at) {
     const auto footer = decode_record<McapFooter>(content_);
@@ -209,6 +221,8 @@ class Walk {
   ByteSource& source_;
   McapVisitor& visitor_;
   const std::uint64_t size_;
+  std::uint64_t at_ = 0;
+  bool has_ended_ = false, is_complete_ = false;
   McapSpot spot_;
   Bytes content_, unpacked_;
   std::map<std::uint16_t, Bytes> schemas_, channels_;
@@ -216,6 +230,14 @@ class Walk {
 
 }  // namespace
 
-bool walk_mcap(ByteSource& source, McapVisitor& visitor) { return Walk{source, visitor}.run(); }
+std::unique_ptr<RecordingReader> read_mcap(ByteSource& source, McapVisitor& visitor) {
+  return std::make_unique<Walk>(source, visitor);
+}
+
+bool walk_mcap(ByteSource& source, McapVisitor& visitor) {
+  Walk walk{source, visitor};
+  while (walk.next()) {}
+  return walk.is_complete();
+}
 
 }  // namespace nacelle::record

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+
 #include "record/model/byte_file.hpp"
 #include "record/protocol/mcap_fault.hpp"
 #include "record/protocol/mcap_records.hpp"
@@ -46,6 +48,24 @@ class McapVisitor {
 
 /// What the largest record, and the largest chunk uncompressed, may have: 1 GiB, which any message fits into.
 inline constexpr std::uint64_t kMostMcapRecordBytes = std::uint64_t{1} << 30U;
+
+/// Hands over a recording piece by piece, so that several can be read side by side.
+///
+/// Threads: one.
+class RecordingReader {
+ public:
+  RecordingReader() = default;
+  RecordingReader(const RecordingReader&) = delete;
+  RecordingReader& operator=(const RecordingReader&) = delete;
+  virtual ~RecordingReader() = default;
+  /// Hands over the next record; a chunk with all that it has. Returns false if the recording has ended, or a problem ended the walk.
+  [[nodiscard]] virtual bool next() = 0;
+  /// The end was reached.
+  [[nodiscard]] virtual bool is_complete() const = 0;
+};
+
+/// Returns a reader that hands over what walk_mcap() does. `source` and `visitor` outlive it.
+[[nodiscard]] std::unique_ptr<RecordingReader> read_mcap(ByteSource& source, McapVisitor& visitor);
 
 /// Hands over all records of a file from its start to its end: those of chunks too, uncompressed, with their CRC checked.
 ///

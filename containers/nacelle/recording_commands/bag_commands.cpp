@@ -4,6 +4,7 @@
 #include "recording_commands/bag_check.hpp"
 #include "recording_commands/bag_copy.hpp"
 #include "recording_commands/bag_info.hpp"
+#include "recording_commands/bag_merge.hpp"
 #include "recording_commands/commands.hpp"
 
 namespace nacelle::cli {
@@ -88,6 +89,18 @@ void add_filter(Command& group) {
   command.runs([wish] { return copy_bag(*wish); });
 }
 
+void add_merge(Command& group) {
+  auto wish = std::make_shared<BagMergeWish>();
+  Command& command = group.add("merge", "copy several recordings into one file, in the order of their log times");
+  command.option("bags", wish->paths, "MCAP files, or folders that `ros2 bag record` made; they are not changed")
+      .required()
+      .names_a(Names::File);
+  command.option("-o,--output", wish->output, "the new file").required().names_a(Names::File);
+  command.option("--compression", wish->compression, "of the new file").one_of({"none", "lz4", "zstd"}).with_default();
+  command.note("A topic that has different types in two recordings is an error. Attachments and metadata are copied.");
+  command.runs([wish] { return merge_bags(*wish); });
+}
+
 }  // namespace
 
 void add_bag_commands(Command& root) {
@@ -98,6 +111,7 @@ void add_bag_commands(Command& root) {
   add_cut(group);
   add_filter(group);
   add_convert(group);
+  add_merge(group);
 }
 
 }  // namespace nacelle::cli

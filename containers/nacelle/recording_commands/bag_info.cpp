@@ -14,7 +14,6 @@
 #include "cli/program.hpp"
 #include "nacelle/base/problem_json.hpp"
 #include "record/model/recording_summary.hpp"
-#include "record/port/recording_file.hpp"
 #include "recording_commands/recording_files.hpp"
 
 namespace nacelle::cli {
@@ -157,10 +156,10 @@ int print_bag_info(const BagInfoWish& wish) {
   if (!files) return complain(files.error());
   Whole whole;
   for (const auto& file : *files) {
-    auto source = record::FileSource::open(file);
+    auto source = open_recording(file);
     if (!source) return complain(source.error());
     record::RecordingSummary summary;
-    record::walk_mcap(**source, summary);
+    (*source)->walk(summary);
     whole.add(file, (*source)->size(), summary);
     if (!summary.problems().empty() && summary.problems().front().fault == record::McapFault::NoMagic)
       return complain(whole.problems.back());

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "nacelle/base/file_fault.hpp"
+#include "record/port/recording_file.hpp"
 
 namespace nacelle::cli {
 namespace {
@@ -36,7 +37,31 @@ bool is_before(const std::string& a, const std::string& b) {
   return a.size() - i < b.size() - j;
 }
 
+class McapFile final : public RecordingFile {
+ public:
+  explicit McapFile(std::unique_ptr<record::FileSource> source) : source_(std::move(source)) {}
+  std::uint64_t size() const override { return source_->size(); }
+  std::unique_ptr<record::RecordingReader> read(record::McapVisitor& visitor) override {
+    return record::read_mcap(*source_, visitor);
+  }
+
+ private:
+  const std::unique_ptr<record::FileSource> source_;
+};
+
 }  // namespace
+
+bool RecordingFile::walk(record::McapVisitor& visitor) {
+  const auto reader = read(visitor);
+  while (reader->next()) {}
+  return reader->is_complete();
+}
+
+Result<std::unique_ptr<RecordingFile>, Problem> open_recording(const std::string& path) {
+  auto source = record::FileSource::open(path);
+  if (!source) return err(source.error());
+  return std::unique_ptr<RecordingFile>{std::make_unique<McapFile>(std::move(*source))};
+}
 
 Result<std::vector<std::string>, Problem> recording_files(const std::string& path) {
   std::error_code error;

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "record/protocol/mcap_fault.hpp"
+#include "record/protocol/mcap_walk.hpp"
 
 namespace nacelle::cli {
 
@@ -14,6 +17,24 @@ namespace nacelle::cli {
 /// order of the numbers in their names.
 /// Errors: a FileFault; `where` is the path.
 [[nodiscard]] Result<std::vector<std::string>, Problem> recording_files(const std::string& path);
+
+/// A file of a recording that is open.
+class RecordingFile {
+ public:
+  RecordingFile() = default;
+  RecordingFile(const RecordingFile&) = delete;
+  RecordingFile& operator=(const RecordingFile&) = delete;
+  virtual ~RecordingFile() = default;
+
+  [[nodiscard]] virtual std::uint64_t size() const = 0;
+  /// Returns a reader that begins at the start. `visitor` and this outlive it.
+  [[nodiscard]] virtual std::unique_ptr<record::RecordingReader> read(record::McapVisitor& visitor) = 0;
+  /// Hands over the whole file. Returns false if a problem ended it early.
+  bool walk(record::McapVisitor& visitor);
+};
+
+/// Errors: a FileFault; `where` is the path.
+[[nodiscard]] Result<std::unique_ptr<RecordingFile>, Problem> open_recording(const std::string& path);
 
 /// Returns the problem as it is printed: the file, the place in it, and what can be done.
 [[nodiscard]] Problem problem_of(const std::string& file, const record::McapProblem& problem);
