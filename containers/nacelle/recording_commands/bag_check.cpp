@@ -78,6 +78,10 @@ int check_bag(const BagCheckWish& wish) {
   json rows = json::array();
   bool good = true;
   for (const auto& file : *files) {
+    if (is_sqlite(file))
+      return complain(Problem{Place{file, 0},
+                              "is checked by SQLite only: it has no checksums and no indexes of its own",
+                              "make an MCAP file of it: `nacelle bag convert`", record::McapFault::NoMagic, ""});
     auto source = record::FileSource::open(file);
     if (!source) return complain(source.error());
     record::RecordingCheck check{**source, [&](const std::string& type, const std::string& encoding, ByteView bytes) {

@@ -94,6 +94,7 @@ int copy_bag(const BagCopyWish& wish) {
     return kFailed;
   }
 
+  for (std::size_t at = 0; at < sources.size(); ++at) warn_of_undefined((*files)[at], *sources[at]);
   const std::string output = wish.output.empty() ? default_output(wish.path) : wish.output;
   auto sink = record::FileSink::create(output);
   if (!sink) return complain(sink.error());

@@ -26,7 +26,7 @@ using record::RecordedTopic;
 struct Whole {
   std::vector<std::string> files;
   std::uint64_t bytes = 0, messages = 0, first = 0, last = 0, chunks = 0;
-  std::string library, compression;
+  std::string library, compression, storage = "mcap";
   std::map<std::pair<std::string, std::string>, RecordedTopic> topics;
   std::vector<record::RecordingSummary::Attachment> attachments;
   std::vector<Problem> problems;
@@ -96,7 +96,7 @@ void print_text_form(const Whole& whole) {
   const auto line = [](const char* title, const std::string& text) { print_text("%-18s %s\n", title, text.c_str()); };
   line("Files:", join(names));
   line("Bag size:", size_text(whole.bytes));
-  line("Storage id:", "mcap");
+  line("Storage id:", whole.storage);
   line("Library:", whole.library);
   line("Compression:", fmt::format("{}, {} chunk{}", whole.compression, whole.chunks, whole.chunks == 1 ? "" : "s"));
   line("Duration:", fmt::format("{:.9f}s", seconds(whole.last - whole.first)));
@@ -136,7 +136,7 @@ void print_json_form(const Whole& whole) {
   for (const auto& problem : whole.problems) problems.push_back(problem);
   const json all{{"files", whole.files},
                  {"bytes", whole.bytes},
-                 {"storage_id", "mcap"},
+                 {"storage_id", whole.storage},
                  {"library", whole.library},
                  {"compression", whole.compression},
                  {"chunks", whole.chunks},
@@ -160,6 +160,7 @@ int print_bag_info(const BagInfoWish& wish) {
     if (!source) return complain(source.error());
     record::RecordingSummary summary;
     (*source)->walk(summary);
+    whole.storage = (*source)->storage();
     whole.add(file, (*source)->size(), summary);
     if (!summary.problems().empty() && summary.problems().front().fault == record::McapFault::NoMagic)
       return complain(whole.problems.back());

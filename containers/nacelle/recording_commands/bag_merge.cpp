@@ -77,6 +77,7 @@ int merge_bags(const BagMergeWish& wish) {
   auto inputs = open_all(wish.paths);
   if (!inputs) return complain(inputs.error());
   if (!can_be_merged(*inputs)) return kFailed;
+  for (const auto& input : *inputs) warn_of_undefined(input.path, *input.file);
 
   auto sink = record::FileSink::create(wish.output);
   if (!sink) return complain(sink.error());
