@@ -134,6 +134,7 @@ EXAMPLES = (
     Example("bag convert docs/examples/recordings/talker.mcap -o small.mcap --compression lz4"),
     Example("bag diff small.mcap second.mcap", exit_codes=(1,)),
     Example("bag plot docs/examples/recordings/lap.mcap /path.x /path.y -o lap.svg"),
+    Example("bag merge second.mcap chatter.mcap -o merged.mcap"),
     Example("teleop", keys="iik", lines=20),
     # A robot that stands still shows a magnetometer one direction only.
     Example("imu calibrate --mag --turn 2", stdin="ready", exit_codes=(1,)),

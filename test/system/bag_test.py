@@ -2,7 +2,10 @@
 """`nacelle bag`: recordings that another program wrote, whole and damaged."""
 import json
 import pathlib
+import sqlite3
 import struct
+import subprocess
+import sys
 import unittest
 import xml.etree.ElementTree
 import zlib
@@ -49,6 +52,20 @@ def bag(*parts, whole=True):
     end = record(15, struct.pack("<I", 0)) + record(2, struct.pack("<QQI", 0, 0, 0)) + MAGIC
     return MAGIC + record(1, text("ros2") + text("other")) + b"".join(parts) + (end if whole else b"")
 
+
+# Source: rosbag2_storage_sqlite3, schema version 4; files of before ROS 2 Iron have no definitions.
+TABLES = """
+CREATE TABLE topics(
+  id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL);
+CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB NOT NULL);
+CREATE INDEX timestamp_idx ON messages (timestamp ASC);
+INSERT INTO topics VALUES(1, '/chatter', 'std_msgs/msg/String', 'cdr', '- depth: 10');
+INSERT INTO topics VALUES(2, '/secret', 'my_msgs/msg/Secret', 'cdr', '');
+"""
+DEFINITIONS = """
+CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT, encoding TEXT, encoded_message_definition TEXT, type_description_hash TEXT);
+INSERT INTO message_definitions VALUES(1, 'my_msgs/msg/Secret', 'ros2msg', 'uint8 secret', '');
+"""
 
 DESCRIPTIONS = schema(1, "std_msgs/msg/String") + channel(7, 1, "/chatter") + schema(2, "my_msgs/msg/Secret") + channel(8, 2, "/secret")
 
@@ -232,6 +249,111 @@ class Bag(RobotTest):
         self.assertIn("field data: it is a text", err)
         self.assertFalse((self.bags / "none.svg").exists())
 
+    def test_recordings_are_merged_in_the_order_of_time(self):
+        self.write("halves/halves_0.mcap", bag(talk(10, 14)))
+        self.write("halves/halves_1.mcap", bag(talk(15, 19)))
+        other = self.write("other.mcap", bag(talk(12, 17)))
+        merged = str(self.bags / "merged.mcap")
+        code, out, err = self.nacelle("bag", "merge", "-o", merged, str(self.bags / "halves"), other, "--compression", "lz4")
+        self.assertEqual((code, err), (0, ""), out)
+        self.assertIn("merged.mcap: 19 messages of 3 files", out)
+        self.assertEqual(self.nacelle("bag", "check", merged)[0], 0)
+        found = json.loads(self.nacelle("bag", "info", merged, "--json")[1])
+        self.assertEqual((found["messages"], found["start_ns"], found["end_ns"]), (19, 10 * SECOND, 19 * SECOND))
+        self.assertEqual([(topic["name"], topic["messages"]) for topic in found["topics"]], [("/chatter", 16), ("/secret", 3)])
+        code, _, err = self.nacelle("bag", "merge", "-o", merged, other)
+        self.assertEqual(code, 1)
+        self.assertIn("exists already", err)
+
+    def test_a_topic_of_two_types_is_not_merged(self):
+        one = self.write("one.mcap", bag(talk(1, 3)))
+        two = self.write("two.mcap", bag(schema(1, "std_msgs/msg/Int32") + channel(1, 1, "/chatter")))
+        merged = self.bags / "two_types.mcap"
+        code, _, err = self.nacelle("bag", "merge", one, two, "-o", str(merged))
+        self.assertEqual(code, 1)
+        for word in (one, two, "/chatter", "std_msgs/msg/String", "std_msgs/msg/Int32"):
+            self.assertIn(word, err)
+        self.assertFalse(merged.exists())
+
+    def write_database(self, name, first, last, extra=""):
+        path = self.bags / name
+        path.parent.mkdir(exist_ok=True)
+        database = sqlite3.connect(path)
+        database.executescript(TABLES + extra)
+        rows = [(1, at * SECOND, cdr_string("hello")) for at in range(first, last + 1)] + [(2, last * SECOND, b"\0\1\0\0?")]
+        database.executemany("INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)", rows)
+        database.commit()
+        database.close()
+        return str(path)
+
+    def test_a_database_of_rosbag2_is_read_and_converted(self):
+        self.write_database("database/database_0.db3", 10, 14, DEFINITIONS)
+        self.write_database("database/database_1.db3", 15, 19, DEFINITIONS)
+        self.write("database/metadata.yaml", b"rosbag2_bagfile_information:\n  compression_mode: ''\n")
+        code, out, err = self.nacelle("bag", "info", str(self.bags / "database"))
+        self.assertEqual((code, err), (0, ""))
+        for words in ("Files:             database_0.db3", "Storage id:        sqlite3\n", "Messages:          12\n",
+                      "Topic: /chatter | Type: std_msgs/msg/String | Count: 10 | Serialization Format: cdr | Rate: 1.00 Hz"):  # fmt: skip
+            self.assertIn(words, out)
+        converted = self.bags / "database.mcap"
+        code, out, err = self.nacelle("bag", "convert", str(self.bags / "database"), "-o", str(converted))
+        self.assertEqual((code, err), (0, ""), out)
+        self.assertIn("database.mcap: 12 of 12 messages", out)
+        code, out, _ = self.nacelle("bag", "check", str(converted))
+        self.assertEqual(code, 0, out)
+        content = converted.read_bytes()
+        self.assertIn(text("my_msgs/msg/Secret") + text("ros2msg") + text("uint8 secret"), content)
+        self.assertIn(text("std_msgs/msg/String") + text("ros2msg"), content)
+        self.assertIn(b"string data", content, "the definition of the type that is installed")
+        self.assertIn(text("offered_qos_profiles") + text("- depth: 10"), content)
+        self.assertEqual(sorted(file.name for file in (self.bags / "database").iterdir()), ["database_0.db3", "database_1.db3", "metadata.yaml"])
+        merged = str(self.bags / "mixed.mcap")
+        code, out, err = self.nacelle("bag", "merge", str(self.bags / "database"), self.write("third.mcap", bag(talk(12, 13))), "-o", merged)
+        self.assertEqual((code, err), (0, ""), out)
+        self.assertEqual(self.nacelle("bag", "check", merged)[0], 0)
+
+    def test_a_definition_that_is_nowhere_is_named(self):
+        path = self.write_database("old.db3", 1, 2)
+        self.assertEqual(self.nacelle("bag", "info", path)[::2], (0, ""))
+        code, out, err = self.nacelle("bag", "convert", path, "-o", str(self.bags / "old.mcap"))
+        self.assertEqual(code, 0, err)
+        self.assertIn("has no definition of my_msgs/msg/Secret", err)
+        self.assertNotIn("std_msgs", err)
+        self.assertIn("has no definition of my_msgs/msg/Secret", self.nacelle("bag", "merge", path, "-o", str(self.bags / "new.mcap"))[2])
+        self.assertIn("3 of 3 messages", out)
+
+    def test_a_database_that_cannot_be_read_says_why(self):
+        def error_of(path, command="info"):
+            code, _, err = self.nacelle("bag", command, path)
+            self.assertEqual(code, 1)
+            return err
+
+        self.assertIn("is no SQLite 3 database", error_of(self.write("words.db3", b"no recording at all")))
+        path = self.write_database("drive.db3", 1, 3)
+        self.assertIn("nacelle bag convert", error_of(path, "check"))
+        writer = subprocess.Popen([sys.executable, "-c", "import sqlite3, sys; db = sqlite3.connect(sys.argv[1], isolation_level=None);"
+                                   "db.execute('BEGIN EXCLUSIVE'); print('locked', flush=True); sys.stdin.read()", path],
+                                  stdin=subprocess.PIPE, stdout=subprocess.PIPE)  # fmt: skip
+        self.assertEqual(writer.stdout.readline(), b"locked\n")
+        self.assertIn("is written by another program", error_of(path))
+        writer.communicate()
+        self.assertEqual(self.nacelle("bag", "info", path)[0], 0)
+        database = sqlite3.connect(path)
+        database.executescript("CREATE TABLE holes(id INTEGER PRIMARY KEY, topic_id, timestamp, data); INSERT INTO holes SELECT * FROM messages;"
+                               "INSERT INTO holes VALUES(9, 1, NULL, NULL); DROP TABLE messages; ALTER TABLE holes RENAME TO messages")  # fmt: skip
+        database.close()
+        err = error_of(path)
+        self.assertIn("a message has no topic, no time or no bytes (row 9)", err)
+        code, out, _ = self.nacelle("bag", "recover", path)
+        self.assertEqual(code, 0)
+        self.assertIn("drive.recovered.mcap: 4 of 4 messages", out)
+        self.write("packed/packed_0.db3", b"")
+        self.write("packed/metadata.yaml", b"  compression_format: zstd\n  compression_mode: MESSAGE\n")
+        self.assertIn("are compressed by rosbag2 (mode MESSAGE)", error_of(str(self.bags / "packed")))
+        self.write_database("both/both_0.db3", 1, 2)
+        self.write("both/both_0.mcap", bag(talk(1, 2)))
+        self.assertIn("has files that end in .mcap and in .db3", error_of(str(self.bags / "both")))
+
     def test_what_is_no_recording_is_named(self):
         path = self.write("words.mcap", b"no recording at all")
         for command in ("info", "check", "recover"):
@@ -240,7 +362,7 @@ class Bag(RobotTest):
             self.assertIn("does not begin as an MCAP file", out + err)
         self.assertFalse((self.bags / "words.recovered.mcap").exists())
         (self.bags / "empty").mkdir()
-        for path, words in (("/no/such", "No such file"), (str(self.bags / "empty"), "no file that ends in .mcap"), ("/dev/null", "is no file")):
+        for path, words in (("/no/such", "No such file"), (str(self.bags / "empty"), "no file that ends in .mcap or .db3"), ("/dev/null", "is no file")):
             code, _, err = self.nacelle("bag", "info", path)
             self.assertEqual(code, 1)
             self.assertIn(words, err)

@@ -33,8 +33,13 @@ void RecordingSummary::on_channel(const McapChannel& channel) {
   topic.metadata = channel.metadata;
 }
 
-void RecordingSummary::on_message(const McapMessage& message, const McapSpot&) {
+void RecordingSummary::on_message(const McapMessage& message, const McapSpot& spot) {
   const std::uint64_t at = message.log_time;
+  if (spot.offset != piece_) {
+    piece_ = spot.offset;
+    last_before_piece_ = last_;
+  }
+  if (at < last_before_piece_) disorder_ = std::max(disorder_, last_before_piece_ - at);
   const bool is_first = messages_ == 0;
   ++messages_;
   first_ = is_first ? at : std::min(first_, at);

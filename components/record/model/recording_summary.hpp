@@ -40,6 +40,8 @@ class RecordingSummary final : public McapVisitor {
   /// Of the first and the last message; 0 if there is none.
   [[nodiscard]] std::uint64_t first() const { return first_; }
   [[nodiscard]] std::uint64_t last() const { return last_; }
+  /// By how many ns a message can be earlier than one that an earlier chunk has; 0 if the chunks follow each other in time.
+  [[nodiscard]] std::uint64_t disorder() const { return disorder_; }
   [[nodiscard]] std::uint64_t chunks() const { return chunks_; }
   /// "none", "lz4", "zstd", or several: "lz4 and zstd".
   [[nodiscard]] std::string compression() const;
@@ -67,6 +69,7 @@ class RecordingSummary final : public McapVisitor {
   std::map<std::string, std::map<std::string, std::string>> metadata_;
   std::map<std::string, std::uint64_t> compressions_;
   std::uint64_t messages_ = 0, first_ = 0, last_ = 0, chunks_ = 0;
+  std::uint64_t disorder_ = 0, piece_ = 0, last_before_piece_ = 0;  // a piece: a chunk, or a message outside of one
   std::vector<McapProblem> problems_;
 };
 

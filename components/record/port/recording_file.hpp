@@ -40,6 +40,8 @@ class FileSink final : public ByteSink {
   [[nodiscard]] bool sync();
   /// Returns how many bytes an ordinary user may still write to the file system; the largest number if it does not say.
   [[nodiscard]] std::uint64_t free_bytes() const;
+  /// A write or a sync failed.
+  [[nodiscard]] bool has_failed() const { return error_ != 0; }
   /// Returns why the last write or sync failed.
   [[nodiscard]] Problem problem() const;
 

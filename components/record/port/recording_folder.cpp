@@ -34,6 +34,9 @@ bool is_before(const std::string& a, const std::string& b) {
   return a.size() - i < b.size() - j;
 }
 
+bool is_mcap(const std::filesystem::path& path) { return path.extension() == ".mcap"; }
+bool is_database(const std::filesystem::path& path) { return path.extension() == ".db3"; }
+
 }  // namespace
 
 Result<std::vector<std::string>, Problem> recording_files(const std::string& path) {
@@ -42,13 +45,17 @@ Result<std::vector<std::string>, Problem> recording_files(const std::string& pat
   std::vector<std::string> files;
   std::filesystem::directory_iterator entry{path, error};
   for (; !error && entry != std::filesystem::directory_iterator{}; entry.increment(error)) {
-    if (entry->path().extension() == ".mcap") files.push_back(entry->path().string());
+    if (is_mcap(entry->path()) || is_database(entry->path())) files.push_back(entry->path().string());
   }
   if (error)
     return err(Problem{Place{path, 0}, "cannot be read: " + error.message(), "",
                        file_fault_of(error.value(), FileFault::Unreadable)});
   if (files.empty())
-    return err(Problem{Place{path, 0}, "has no file that ends in .mcap", "name a recording, or the folder of one",
+    return err(Problem{Place{path, 0}, "has no file that ends in .mcap or .db3",
+                       "name a recording, or the folder of one", FileFault::NotFound});
+  const auto databases = std::count_if(files.begin(), files.end(), is_database);
+  if (databases > 0 && static_cast<std::size_t>(databases) < files.size())
+    return err(Problem{Place{path, 0}, "has files that end in .mcap and in .db3", "name the files that are meant",
                        FileFault::NotFound});
   std::sort(files.begin(), files.end(), is_before);
   return files;

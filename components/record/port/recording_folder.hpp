@@ -9,8 +9,8 @@
 
 namespace nacelle::record {
 
-/// Returns the files of a recording: the file itself, or those with the ending .mcap in a folder that `ros2 bag record` made, in the order of
-/// the numbers in their names. Errors: a FileFault; `where` is the path.
+/// Returns the files of a recording: the file itself, or those with the ending .mcap or .db3 (but not both) in a folder that `ros2 bag record`
+/// made, in the order of the numbers in their names. Errors: a FileFault; `where` is the path.
 [[nodiscard]] Result<std::vector<std::string>, Problem> recording_files(const std::string& path);
 
 }  // namespace nacelle::record

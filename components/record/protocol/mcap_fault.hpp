@@ -18,6 +18,7 @@ enum class McapFault : std::uint8_t {
   UnknownChannel,      ///< A message of a channel, or a channel of a schema, that no record describes.
   Conflict,            ///< Two records give one id different meanings.
   BadPayload,          ///< A message's bytes are no message of its type.
+  NoDefinition,        ///< A topic's type is defined neither in the recording nor in an installed package.
   Unreadable,          ///< The file could not be read.
 };
 [[nodiscard]] constexpr const char* code_text(McapFault fault) {
@@ -33,6 +34,7 @@ enum class McapFault : std::uint8_t {
     case McapFault::UnknownChannel: return "mcap.unknown_channel";
     case McapFault::Conflict: return "mcap.conflict";
     case McapFault::BadPayload: return "mcap.bad_payload";
+    case McapFault::NoDefinition: return "mcap.no_definition";
     case McapFault::Unreadable: return "mcap.unreadable";
   }
   return "";

@@ -20,20 +20,16 @@ std::uint64_t length_of(ByteView head) {
 
 }  // namespace
 
-class McapParts::Walk {
+class McapParts::Walk final : public RecordingReader {
  public:
   Walk(ByteSource& source, McapVisitor& visitor) : source_(source), visitor_(visitor), size_(source.size()) {}
 
-  bool run() {
-    if (!has_magic(0)) return stop(McapFault::NoMagic, "it does not begin as an MCAP file");
-    std::uint64_t at = sizeof kMcapMagic;
-    while (at < size_) {
-      const auto opcode = next(at, size_);
-      if (!opcode) return false;
-      if (*opcode == McapOpcode::Footer) return end(at);
-    }
-    return stop(at, McapFault::Truncated, "it has no footer: the writer did not finish it");
+  bool next() override {
+    if (has_ended_) return false;
+    has_ended_ = !step();
+    return !has_ended_;
   }
+  [[nodiscard]] bool is_complete() const override { return is_complete_; }
 
   bool read_summary() {
     constexpr std::uint64_t kEnd = kMcapRecordHead + 8 + 8 + 4 + sizeof kMcapMagic;
@@ -46,7 +42,7 @@ class McapParts::Walk {
         length_of(head) != kEnd - kMcapRecordHead - sizeof kMcapMagic)
       return stop(at, McapFault::Truncated, "it has no footer: the writer did not finish it");
     const std::uint64_t footer_at = at;
-    if (!next(at, size_)) return false;
+    if (!record(at, size_)) return false;
     const auto footer = decode_record<McapFooter>(content_);
     if (!footer || footer->summary_start > footer_at)
       return stop(footer_at, McapFault::BadRecord, "the footer names a summary behind it");
@@ -72,14 +68,25 @@ class McapParts::Walk {
       return stop(offset, McapFault::Truncated, "an index names what is beyond the end of the file");
     const std::uint64_t limit = offset + length;
     for (std::uint64_t at = offset; at < limit;) {
-      if (!next(at, limit)) return false;
+      if (!record(at, limit)) return false;
     }
     return true;
   }
 
  private:
+  /// Hands over the record at at_. False if it was the last one, or a problem ends the walk.
+  bool step() {
+    if (at_ == 0) {
+      if (!has_magic(0)) return stop(McapFault::NoMagic, "it does not begin as an MCAP file");
+      at_ = sizeof kMcapMagic;
+    }
+    if (at_ >= size_) return stop(at_, McapFault::Truncated, "it has no footer: the writer did not finish it");
+    const auto opcode = record(at_, size_);
+    if (opcode == McapOpcode::Footer) is_complete_ = end(at_);
+    return opcode && *opcode != McapOpcode::Footer;
+  }
   /// Hands the record at `at` over, if it is no footer, and goes behind it. Nothing: the rest up to `limit` cannot be read.
-  std::optional<McapOpcode> next(std::uint64_t& at, std::uint64_t limit) {
+  std::optional<McapOpcode> record(std::uint64_t& at, std::uint64_t limit) {
     const auto fail = [&](McapFault fault, const char* what) {
       stop(at, fault, what);
       return std::nullopt;
@@ -268,9 +275,19 @@ class McapParts::Walk {
   McapSpot spot_;
   Bytes content_, unpacked_;
   std::map<std::uint16_t, Bytes> schemas_, channels_;
+  std::uint64_t at_ = 0;  // of next()
+  bool has_ended_ = false, is_complete_ = false;
 };
 
-bool walk_mcap(ByteSource& source, McapVisitor& visitor) { return McapParts::Walk{source, visitor}.run(); }
+std::unique_ptr<RecordingReader> read_mcap(ByteSource& source, McapVisitor& visitor) {
+  return std::unique_ptr<RecordingReader>{new McapParts::Walk{source, visitor}};
+}
+
+bool walk_mcap(ByteSource& source, McapVisitor& visitor) {
+  McapParts::Walk walk{source, visitor};
+  while (walk.next()) {}
+  return walk.is_complete();
+}
 
 McapParts::McapParts(ByteSource& source, McapVisitor& visitor) : walk_(std::make_unique<Walk>(source, visitor)) {}
 McapParts::~McapParts() = default;

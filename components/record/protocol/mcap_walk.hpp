@@ -49,6 +49,24 @@ class McapVisitor {
 /// What the largest record, and the largest chunk uncompressed, may have: 1 GiB, which any message fits into.
 inline constexpr std::uint64_t kMostMcapRecordBytes = std::uint64_t{1} << 30U;
 
+/// Hands over a recording piece by piece, so that several can be read side by side.
+///
+/// Threads: one.
+class RecordingReader {
+ public:
+  RecordingReader() = default;
+  RecordingReader(const RecordingReader&) = delete;
+  RecordingReader& operator=(const RecordingReader&) = delete;
+  virtual ~RecordingReader() = default;
+  /// Hands over the next record; a chunk with all that it has. Returns false if the recording has ended, or a problem ended the walk.
+  [[nodiscard]] virtual bool next() = 0;
+  /// The end was reached.
+  [[nodiscard]] virtual bool is_complete() const = 0;
+};
+
+/// Returns a reader that hands over what walk_mcap() does. `source` and `visitor` outlive it.
+[[nodiscard]] std::unique_ptr<RecordingReader> read_mcap(ByteSource& source, McapVisitor& visitor);
+
 /// Hands over all records of a file from its start to its end: those of chunks too, uncompressed, with their CRC checked.
 ///
 /// The bytes are hostile: no content makes it read beyond a record, loop, or hold more memory than the file has (a compressed chunk: than it
@@ -73,6 +91,7 @@ class McapParts {
  private:
   class Walk;
   friend bool walk_mcap(ByteSource& source, McapVisitor& visitor);
+  friend std::unique_ptr<RecordingReader> read_mcap(ByteSource& source, McapVisitor& visitor);
   const std::unique_ptr<Walk> walk_;
 };
 

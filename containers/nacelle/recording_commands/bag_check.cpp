@@ -13,7 +13,6 @@
 #include "nacelle/msgs/type_library.hpp"
 #include "record/model/recording_check.hpp"
 #include "record/port/recording_file.hpp"
-#include "record/port/recording_folder.hpp"
 #include "recording_commands/recording_files.hpp"
 
 namespace nacelle::cli {
@@ -73,12 +72,16 @@ json row_of(const std::string& file, const record::RecordingCheck::Report& repor
 }  // namespace
 
 int check_bag(const BagCheckWish& wish) {
-  const auto files = record::recording_files(wish.path);
+  const auto files = recording_files(wish.path);
   if (!files) return complain(files.error());
   Payloads payloads;
   json rows = json::array();
   bool good = true;
   for (const auto& file : *files) {
+    if (is_sqlite(file))
+      return complain(Problem{Place{file, 0},
+                              "is checked by SQLite only: it has no checksums and no indexes of its own",
+                              "make an MCAP file of it: `nacelle bag convert`", record::McapFault::NoMagic, ""});
     auto source = record::FileSource::open(file);
     if (!source) return complain(source.error());
     record::RecordingCheck check{**source, [&](const std::string& type, const std::string& encoding, ByteView bytes) {

@@ -5,6 +5,7 @@
 #include "recording_commands/bag_copy.hpp"
 #include "recording_commands/bag_diff.hpp"
 #include "recording_commands/bag_info.hpp"
+#include "recording_commands/bag_merge.hpp"
 #include "recording_commands/bag_play.hpp"
 #include "recording_commands/bag_plot.hpp"
 #include "recording_commands/bag_record.hpp"
@@ -17,7 +18,7 @@ void add_info(Command& group) {
   auto wish = std::make_shared<BagInfoWish>();
   Command& command =
       group.add("info", "what a recording has, as `ros2 bag info`, and each topic's rate and longest gap");
-  command.option("bag", wish->path, "an MCAP file, or the folder that `ros2 bag record` made")
+  command.option("bag", wish->path, "an MCAP or .db3 file, or the folder that `ros2 bag record` made")
       .required()
       .names_a(Names::File);
   command.flag("--json", wish->as_json, "print JSON");
@@ -73,7 +74,7 @@ void add_plot(Command& group) {
   command.runs([wish] { return plot_bag(*wish); });
 }
 
-constexpr const char* kBag = "an MCAP file, or the folder that `ros2 bag record` made; it is not changed";
+constexpr const char* kBag = "an MCAP or .db3 file, or the folder that `ros2 bag record` made; it is not changed";
 
 void add_compression(Command& command, BagCopyWish& wish) {
   command.option("--compression", wish.compression, "of the new file").one_of({"none", "lz4", "zstd"}).with_default();
@@ -92,10 +93,13 @@ void add_recover(Command& group) {
 
 void add_convert(Command& group) {
   auto wish = std::make_shared<BagCopyWish>();
-  Command& command = group.add("convert", "copy a recording into one file, with another compression");
+  Command& command = group.add("convert", "copy a recording into one MCAP file, with another compression");
   command.option("bag", wish->path, kBag).required().names_a(Names::File);
   command.option("-o,--output", wish->output, "the new file").required().names_a(Names::File);
   add_compression(command, *wish);
+  command.note(
+      "Definitions that a .db3 file lacks (before ROS 2 Iron) are those of the installed message packages. A type that "
+      "neither has gets an empty schema, and a warning.");
   command.runs([wish] { return copy_bag(*wish); });
 }
 
@@ -199,10 +203,23 @@ void add_play(Command& group) {
   command.runs([wish] { return play_bag(*wish); });
 }
 
+void add_merge(Command& group) {
+  auto wish = std::make_shared<BagMergeWish>();
+  Command& command = group.add("merge", "copy several recordings into one file, in the order of their log times");
+  command
+      .option("bags", wish->paths, "MCAP or .db3 files, or folders that `ros2 bag record` made; they are not changed")
+      .required()
+      .names_a(Names::File);
+  command.option("-o,--output", wish->output, "the new file").required().names_a(Names::File);
+  command.option("--compression", wish->compression, "of the new file").one_of({"none", "lz4", "zstd"}).with_default();
+  command.note("A topic that has different types in two recordings is an error. Attachments and metadata are copied.");
+  command.runs([wish] { return merge_bags(*wish); });
+}
+
 }  // namespace
 
 void add_bag_commands(Command& root) {
-  Command& group = root.add("bag", "recordings: MCAP files, as `ros2 bag` writes them");
+  Command& group = root.add("bag", "recordings: MCAP and SQLite files, as `ros2 bag` writes them");
   add_record(group);
   add_play(group);
   add_info(group);
@@ -213,6 +230,7 @@ void add_bag_commands(Command& root) {
   add_cut(group);
   add_filter(group);
   add_convert(group);
+  add_merge(group);
 }
 
 }  // namespace nacelle::cli

@@ -11,13 +11,12 @@
 #include "record/model/recording_copy.hpp"
 #include "record/model/recording_summary.hpp"
 #include "record/port/recording_file.hpp"
-#include "record/port/recording_folder.hpp"
 #include "recording_commands/recording_files.hpp"
 
 namespace nacelle::cli {
 namespace {
 
-using Sources = std::vector<std::unique_ptr<record::FileSource>>;
+using Sources = std::vector<std::unique_ptr<RecordingFile>>;
 
 std::uint64_t nanoseconds(double seconds) { return static_cast<std::uint64_t>(seconds * 1e9); }
 
@@ -33,7 +32,7 @@ Found look_at(const std::vector<std::string>& files, Sources& sources) {
   Found found;
   for (std::size_t at = 0; at < files.size(); ++at) {
     record::RecordingSummary summary;
-    record::walk_mcap(*sources[at], summary);
+    sources[at]->walk(summary);
     for (const auto& problem : summary.problems()) {
       found.problems.push_back(problem_of(files[at], problem));
       if (problem.fault == record::McapFault::NoMagic) found.is_recording = false;
@@ -81,11 +80,11 @@ std::string wrong_regex(const std::string& text) {
 }
 
 int copy_bag(const BagCopyWish& wish) {
-  const auto files = record::recording_files(wish.path);
+  const auto files = recording_files(wish.path);
   if (!files) return complain(files.error());
   Sources sources;
   for (const auto& file : *files) {
-    auto source = record::FileSource::open(file);
+    auto source = open_recording(file);
     if (!source) return complain(source.error());
     sources.push_back(std::move(*source));
   }
@@ -95,6 +94,7 @@ int copy_bag(const BagCopyWish& wish) {
     return kFailed;
   }
 
+  for (std::size_t at = 0; at < sources.size(); ++at) warn_of_undefined((*files)[at], *sources[at]);
   const std::string output = wish.output.empty() ? default_output(wish.path) : wish.output;
   auto sink = record::FileSink::create(output);
   if (!sink) return complain(sink.error());
@@ -106,7 +106,7 @@ int copy_bag(const BagCopyWish& wish) {
   std::uint64_t messages = 0;
   for (const auto& source : sources) {
     record::RecordingCopy copy{writer, selection_of(wish, found.first)};
-    record::walk_mcap(*source, copy);
+    source->walk(copy);
     good = good && !copy.has_failed();
     messages += copy.messages();
   }

@@ -166,9 +166,9 @@ int print_all(const BagDiffWish& wish, const std::vector<TopicDiff>& topics, con
 int diff_bags(const BagDiffWish& wish) {
   const auto tolerances = read_tolerances(wish.tolerance);
   if (!tolerances) return kNotCompared;
-  const auto a = open_recording(wish.a);
+  const auto a = open_whole_recording(wish.a);
   if (!a) return kNotCompared;
-  const auto b = open_recording(wish.b);
+  const auto b = open_whole_recording(wish.b);
   if (!b) return kNotCompared;
   const auto of_a = in_order(*a), of_b = in_order(*b);
   if (!of_a || !of_b) return kNotCompared;

@@ -14,8 +14,6 @@
 #include "cli/program.hpp"
 #include "nacelle/base/problem_json.hpp"
 #include "record/model/recording_summary.hpp"
-#include "record/port/recording_file.hpp"
-#include "record/port/recording_folder.hpp"
 #include "recording_commands/recording_files.hpp"
 
 namespace nacelle::cli {
@@ -28,7 +26,7 @@ using record::RecordedTopic;
 struct Whole {
   std::vector<std::string> files;
   std::uint64_t bytes = 0, messages = 0, first = 0, last = 0, chunks = 0;
-  std::string library, compression;
+  std::string library, compression, storage = "mcap";
   std::map<std::pair<std::string, std::string>, RecordedTopic> topics;
   std::vector<record::RecordingSummary::Attachment> attachments;
   std::vector<Problem> problems;
@@ -98,7 +96,7 @@ void print_text_form(const Whole& whole) {
   const auto line = [](const char* title, const std::string& text) { print_text("%-18s %s\n", title, text.c_str()); };
   line("Files:", join(names));
   line("Bag size:", size_text(whole.bytes));
-  line("Storage id:", "mcap");
+  line("Storage id:", whole.storage);
   line("Library:", whole.library);
   line("Compression:", fmt::format("{}, {} chunk{}", whole.compression, whole.chunks, whole.chunks == 1 ? "" : "s"));
   line("Duration:", fmt::format("{:.9f}s", seconds(whole.last - whole.first)));
@@ -138,7 +136,7 @@ void print_json_form(const Whole& whole) {
   for (const auto& problem : whole.problems) problems.push_back(problem);
   const json all{{"files", whole.files},
                  {"bytes", whole.bytes},
-                 {"storage_id", "mcap"},
+                 {"storage_id", whole.storage},
                  {"library", whole.library},
                  {"compression", whole.compression},
                  {"chunks", whole.chunks},
@@ -154,14 +152,15 @@ void print_json_form(const Whole& whole) {
 }  // namespace
 
 int print_bag_info(const BagInfoWish& wish) {
-  const auto files = record::recording_files(wish.path);
+  const auto files = recording_files(wish.path);
   if (!files) return complain(files.error());
   Whole whole;
   for (const auto& file : *files) {
-    auto source = record::FileSource::open(file);
+    auto source = open_recording(file);
     if (!source) return complain(source.error());
     record::RecordingSummary summary;
-    record::walk_mcap(**source, summary);
+    (*source)->walk(summary);
+    whole.storage = (*source)->storage();
     whole.add(file, (*source)->size(), summary);
     if (!summary.problems().empty() && summary.problems().front().fault == record::McapFault::NoMagic)
       return complain(whole.problems.back());

@@ -12,7 +12,6 @@
 #include "nacelle/msgs/type_library.hpp"
 #include "record/model/field_series.hpp"
 #include "record/port/recording_file.hpp"
-#include "record/port/recording_folder.hpp"
 #include "recording_commands/recording_files.hpp"
 
 namespace nacelle::cli {
@@ -61,7 +60,7 @@ std::string wrong_topic_field(const std::string& text) {
 }
 
 int plot_bag(const BagPlotWish& wish) {
-  const auto files = record::recording_files(wish.path);
+  const auto files = recording_files(wish.path);
   if (!files) return complain(files.error());
   std::vector<TopicField> fields;
   for (const auto& text : wish.fields) fields.push_back(*record::parse_topic_field(text));

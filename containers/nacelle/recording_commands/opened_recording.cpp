@@ -4,13 +4,12 @@
 #include <algorithm>
 
 #include "cli/program.hpp"
-#include "record/port/recording_folder.hpp"
 #include "recording_commands/recording_files.hpp"
 
 namespace nacelle::cli {
 
-std::optional<OpenedRecording> open_recording(const std::string& path) {
-  const auto files = record::recording_files(path);
+std::optional<OpenedRecording> open_whole_recording(const std::string& path) {
+  const auto files = recording_files(path);
   if (!files) {
     complain(files.error());
     return std::nullopt;

@@ -22,6 +22,6 @@ struct OpenedRecording {
 };
 
 /// Opens a recording and counts what it has. Returns nothing if it cannot be read to its end; the errors have been printed.
-[[nodiscard]] std::optional<OpenedRecording> open_recording(const std::string& path);
+[[nodiscard]] std::optional<OpenedRecording> open_whole_recording(const std::string& path);
 
 }  // namespace nacelle::cli
