@@ -198,11 +198,11 @@ class SqliteFile::Loader {
     auto wrong = for_rows(fmt::format("SELECT id, name, type, serialization_format, {}, {} FROM topics", qos, hash),
                           [&](sqlite3_stmt* row) {
                             BagRowTopic topic{sqlite3_column_int64(row, 0),
-                                           text_of(row, 1),
-                                           text_of(row, 2),
-                                           text_of(row, 3),
-                                           text_of(row, 4),
-                                           text_of(row, 5)};
+                                              text_of(row, 1),
+                                              text_of(row, 2),
+                                              text_of(row, 3),
+                                              text_of(row, 4),
+                                              text_of(row, 5)};
                             if (topic.name.empty() || topic.type.empty() || topic.format.empty())
                               wrong_topic =
                                   problem(path_, SqliteFault::NotBag,

@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
 #include "record/protocol/mcap_fault.hpp"
 #include "record/protocol/mcap_walk.hpp"
 

@@ -20,8 +20,8 @@ class FakeRows final : public BagRows {
   }
 
   std::vector<BagRowTopic> all_topics{{7, "/a", "std_msgs/msg/String", "cdr", "depth: 1", "RIHS01_0"},
-                                   {9, "/b", "std_msgs/msg/String", "cdr", "", ""},
-                                   {2, "/c", "x/msg/Y", "cdr", "", ""}};
+                                      {9, "/b", "std_msgs/msg/String", "cdr", "", ""},
+                                      {2, "/c", "x/msg/Y", "cdr", "", ""}};
   std::vector<BagDefinition> all_definitions{{"std_msgs/msg/String", "ros2msg", "string data"}};
   std::vector<BagMessage> messages{{1, 7, 10, as_bytes("one")}, {2, 2, 5, as_bytes("two")}, {3, 9, 30, ByteView{}}};
   Step last = Step::End;

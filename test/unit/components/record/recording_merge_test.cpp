@@ -33,7 +33,7 @@ struct Merged {
   std::size_t peak_bytes = 0;
 };
 
-Merged merge(std::vector<MemoryFile*> files, std::size_t most = RecordingMerge::kMostHeldBytes) {
+Merged merge(const std::vector<MemoryFile*>& files, std::size_t most = RecordingMerge::kMostHeldBytes) {
   std::vector<MergeSource> sources;
   for (MemoryFile* const file : files) {
     RecordingSummary summary;

@@ -31,7 +31,7 @@ class SeenRows final : private McapVisitor {
   void on_channel(const McapChannel& channel) override {
     std::string text = "channel " + std::to_string(channel.id) + " of " + std::to_string(channel.schema_id) + " " +
                        channel.topic + " " + channel.message_encoding;
-    for (const auto& [key, value] : channel.metadata) text += " " + key + "=" + value;
+    for (const auto& [key, value] : channel.metadata) text.append(" ").append(key).append("=").append(value);
     lines.push_back(std::move(text));
   }
   void on_message(const McapMessage& message, const McapSpot&) override {

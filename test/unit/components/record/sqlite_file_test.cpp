@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 #include <sqlite3.h>
-#include <stdlib.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -42,11 +42,11 @@ class SqliteFileTest : public ::testing::Test {
  protected:
   SqliteFileTest() {
     char name[] = "/tmp/sqlite_file_test.XXXXXX";
-    folder = ::mkdtemp(name);
+    folder_ = ::mkdtemp(name);
   }
-  ~SqliteFileTest() override { std::filesystem::remove_all(folder); }
+  ~SqliteFileTest() override { std::filesystem::remove_all(folder_); }
 
-  std::string path(const std::string& name = "bag#1 50%?.db3") const { return (folder / name).string(); }
+  std::string path(const std::string& name = "bag#1 50%?.db3") const { return (folder_ / name).string(); }
   /// Runs the statements, and leaves the database open.
   std::unique_ptr<sqlite3, Close> write(const std::string& sql) const {
     sqlite3* database = nullptr;
@@ -65,12 +65,12 @@ class SqliteFileTest : public ::testing::Test {
   }
   std::vector<std::string> names() const {
     std::vector<std::string> all;
-    for (const auto& entry : std::filesystem::directory_iterator{folder})
+    for (const auto& entry : std::filesystem::directory_iterator{folder_})
       all.push_back(entry.path().filename().string());
     return all;
   }
 
-  std::filesystem::path folder;
+  std::filesystem::path folder_;
 };
 
 TEST_F(SqliteFileTest, reads_schema_version_4) {
@@ -171,7 +171,7 @@ TEST_F(SqliteFileTest, reports_rows_that_are_no_messages_and_damage) {
   const auto size = std::filesystem::file_size(path());
   {
     std::fstream bytes{path(), std::ios::binary | std::ios::in | std::ios::out};
-    bytes.seekp(static_cast<std::streamoff>(size - 3 * 4096));
+    bytes.seekp(static_cast<std::streamoff>(size - std::size_t{3} * 4096));
     bytes << std::string(std::size_t{3} * 4096, '\0');
   }
   auto file = SqliteFile::open(path());
