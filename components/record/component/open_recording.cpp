@@ -24,7 +24,10 @@ Result<OpenRecording, Problem> OpenRecording::open(const std::string& path) {
   if (!messages) {
     const auto& [file, problem] = messages.error();
     return err(Problem{Place{(*paths)[file], 0}, fmt::format("{} (byte {})", problem.what, problem.offset),
-                       "`nacelle bag recover` copies what can be read", problem.fault});
+                       problem.fault == McapFault::NoMagic
+                           ? "name an MCAP file; `nacelle bag convert` makes one of a .db3 file"
+                           : "`nacelle bag recover` copies what can be read",
+                       problem.fault});
   }
   made.messages = std::move(*messages);
   return made;

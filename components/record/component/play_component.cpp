@@ -71,6 +71,12 @@ void PlayComponent::declare_play() {
                                  read_only("And topics in which this regular expression (ECMAScript) is found."));
   wish.exclude_regex = declare_parameter("play.exclude_regex", "", read_only("But none in which this one is found."));
   wish.exclude_topics = declare_parameter<std::vector<std::string>>("play.exclude_topics", {}, read_only("Nor these."));
+  for (auto* const names : {&wish.topics, &wish.exclude_topics}) {
+    for (std::string& topic : *names) {
+      if (!topic.starts_with('/')) topic.insert(0, 1, '/');
+    }
+  }
+  named_ = wish.topics;
   wish.all = wish.topics.empty() && wish.regex.empty();
   wish.hidden = true;
   auto choice = TopicChoice::make(std::move(wish));
@@ -144,6 +150,12 @@ void PlayComponent::make_writers() {
   auto recording = OpenRecording::open(path_);
   if (!recording) return note(recording.error());
   recorded_ = recording->messages->topics();
+  std::vector<std::string> names;
+  for (const auto& topic : recorded_) names.push_back(topic.name);
+  for (const std::string& topic : named_) {
+    if (std::find(names.begin(), names.end(), topic) == names.end())
+      note({Place::of_parameter("play.topics"), path_ + " has no topic " + topic, suggestion(topic, names)});
+  }
   for (const auto& topic : recorded_) writers_.push_back(make_writer(topic, topics_.emplace_back()));
 }
 

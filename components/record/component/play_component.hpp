@@ -43,6 +43,7 @@ class PlayComponent final : public LifecycleNode {
   std::optional<Problem> problem_;  // of the parameters, the first one
   std::string path_;
   std::optional<TopicChoice> choice_;
+  std::vector<std::string> named_;  // topics, in full
   Player::Options options_;
   double start_offset_s_ = 0.0, duration_s_ = 0.0;
   msgs::TypeLibrary types_;

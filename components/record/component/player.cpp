@@ -121,13 +121,16 @@ void Player::run() {
       if (turn != Turn::Play) break;
       publish(*message);
     }
+    // A round lasts as long as what is played, whatever messages are in it: one after the other would take all of a processor.
+    const bool loops = options_.loops && options_.to > options_.from;
+    if (turn == Turn::Play && loops) turn = wait_for(options_.to);
     if (turn == Turn::Stop) return;
     const LockGuard lock{mutex_};
     from = options_.from;
     if (turn == Turn::Seek) {
       from = seeks_.value_or(from);
       seeks_.reset();
-    } else if (!options_.loops) {
+    } else if (!loops) {
       figures_.has_ended = true;
       rebase(options_.to);
       is_paused_ = true;

@@ -27,7 +27,7 @@ struct PlayerFigures {
 
 /// Publishes the messages of a recording on a thread of its own, with the time between them that they were recorded with.
 ///
-/// A message is decoded only if somebody reads its topic, or if the topic keeps messages for late readers.
+/// It decodes a message only if its topic has a reader, or keeps messages for late readers.
 /// Threads: construct and destroy on the component's executor; the other functions on any.
 class Player {
  public:

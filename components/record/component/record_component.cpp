@@ -163,8 +163,12 @@ void RecordComponent::stop() {
   const auto problem = recorder_->stop();
   const RecorderFigures figures = recorder_->figures();
   if (problem) get_logger().error("the recording is not complete: {}", problem->text());
-  get_logger().info("recorded {} messages ({:.1f} MB) into {}{}", figures.messages, megabytes(figures.bytes),
-                    figures.folder, figures.lost == 0 ? "" : fmt::format("; {} were lost", figures.lost));
+  get_logger().info("recorded {} messages ({:.1f} MB) into {}", figures.messages, megabytes(figures.bytes),
+                    figures.folder);
+  for (const auto& topic : figures.topics) {
+    if (topic.lost_in_queue > 0) get_logger().warn("lost in queue: {} messages of {}", topic.lost_in_queue, topic.name);
+    if (topic.lost_to_disk > 0) get_logger().warn("lost to disk: {} messages of {}", topic.lost_to_disk, topic.name);
+  }
   close_fault(kEnded);
   recorder_.reset();
 }

@@ -12,7 +12,7 @@ namespace nacelle::record {
 namespace {
 
 constexpr Duration kTick = 250ms;        // chunks and figures
-constexpr Duration kBreather = 5ms;      // messages that come meanwhile need no waking
+constexpr Duration kBreather = 5ms;      // publishers do not wake the thread meanwhile
 constexpr std::size_t kLeastDepth = 16;  // several breathers of a stream of 1 kHz
 constexpr int kMostAtOnce = 256;
 constexpr int kNice = 5;
@@ -103,14 +103,15 @@ void Recorder::on_made(const EndpointInfo& endpoint) noexcept {
   if (!endpoint.is_writer) return;
   {
     const LockGuard lock{mutex_};
+    if (is_ending_) return;
     changes_.push_back({endpoint.id, endpoint});
   }
   changed_.notify_all();
 }
 
 void Recorder::on_gone(std::uint64_t id) noexcept {
-  const LockGuard lock{mutex_};  // nobody need wake up for it
-  changes_.push_back({id, std::nullopt});
+  const LockGuard lock{mutex_};
+  if (!is_ending_) changes_.push_back({id, std::nullopt});  // read with the next change: it does not wake the thread
 }
 
 void Recorder::note_ready(Stream& stream) noexcept {
@@ -141,11 +142,20 @@ void Recorder::run() {
     }
     if (topics_.clock().now() >= figures_due_) note_figures();
   }
-  if (recording_->problem()) {
-    note_figures();
-    on_end_(*recording_->problem());
+  {
+    const LockGuard lock{mutex_};
+    is_ending_ = true;  // changes are not collected any more
   }
-  streams_.clear();  // a recorder that has ended costs its publishers nothing
+  // A recorder that has ended costs its publishers nothing.
+  for (auto& [key, stream] : streams_) close_reader(*stream);
+  note_figures();
+  if (recording_->problem()) on_end_(*recording_->problem());
+}
+
+/// Keeps what the reader has lost, for the figures.
+void Recorder::close_reader(Stream& stream) {
+  stream.lost_before += stream.reader->status().lost;
+  stream.reader.reset();
 }
 
 /// Returns false when it is to end.
@@ -197,8 +207,7 @@ void Recorder::read(const Key& key) {
     return;
   } else {
     take_messages(*stream);
-    stream->lost_before += stream->reader->status().lost;
-    stream->reader.reset();  // before the next one: nothing is recorded twice
+    close_reader(*stream);  // before the next one is made: no message is recorded twice
   }
   stream->qos = qos;
   stream->reader = topics_.read(key.first, *key.second, qos, *stream);
@@ -208,7 +217,6 @@ void Recorder::read(const Key& key) {
 void Recorder::take_messages(Stream& stream) {
   // Reset before reading: messages that come meanwhile signal again.
   stream.queued = false;
-  if (!stream.reader) return;
   // What comes after a pause is not understood without the messages that stay (a map, fixed transforms).
   const bool is_wanted = !is_paused_ || stream.qos.durability() == Durability::TransientLocal;
   for (int left = kMostAtOnce; left > 0; --left) {

@@ -84,6 +84,7 @@ class Recorder final : private GraphListener {
   void take_changes();
   void read(const Key& key);
   void take_messages(Stream& stream);
+  void close_reader(Stream& stream);
   void note_figures();
   void note_ready(Stream& stream) noexcept;
 

@@ -18,7 +18,7 @@
 
 namespace nacelle::record {
 
-/// Writes files on a thread of its own, so that a slow disk holds nobody up, and syncs them once a second.
+/// Writes files on a thread of its own, so that its callers do not wait for a slow disk, and syncs the files once a second.
 ///
 /// The first failed write or sync is the end: what is queued then, and later, is dropped.
 /// Threads: the functions are called by one; room() and problem() by any. Allocates: for buffers until there are enough of them.
@@ -31,9 +31,9 @@ class DiskQueue {
   DiskQueue(const DiskQueue&) = delete;
   DiskQueue& operator=(const DiskQueue&) = delete;
 
-  /// Queues a copy of the bytes. Returns false after a failure. room() is advice: what a file needs to be complete is taken above it, too.
+  /// Queues a copy of the bytes. Returns false after a failure. A caller may queue more than room() says, to complete a file.
   [[nodiscard]] bool write(const std::shared_ptr<FileSink>& file, ByteView bytes);
-  /// Queues that the file is complete: it is synced, and closed if nobody else holds it.
+  /// Queues the end of the file: the thread syncs it and gives its reference back, which closes a file without other references.
   void close(std::shared_ptr<FileSink> file);
   /// Waits until all that was queued is on the disk, or has failed.
   void drain();

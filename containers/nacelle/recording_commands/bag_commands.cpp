@@ -199,7 +199,7 @@ void add_play(Command& group) {
   command.note(
       "The container publishes, as nacelle::record::PlayComponent: recorded commands move a robot as others do. Topics "
       "have the QoS with which "
-      "they were recorded. Messages that nobody reads are not even decoded.");
+      "they were recorded. Messages of topics without a reader are not decoded.");
   command.runs([wish] { return play_bag(*wish); });
 }
 

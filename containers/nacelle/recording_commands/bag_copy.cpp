@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "recording_commands/bag_copy.hpp"
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
-#include <regex>
+#include <utility>
 
 #include "cli/output.hpp"
 #include "cli/program.hpp"
 #include "record/model/recording_copy.hpp"
 #include "record/model/recording_summary.hpp"
+#include "record/model/topic_choice.hpp"
 #include "record/port/recording_file.hpp"
 #include "recording_commands/recording_files.hpp"
 
@@ -52,12 +52,12 @@ record::RecordingSelection selection_of(const BagCopyWish& wish, std::uint64_t f
     selection.from = 0;  // also what is before the first message by a clock that stepped back
   if (wish.duration_s > 0.0) selection.to = first + nanoseconds(wish.start_offset_s) + nanoseconds(wish.duration_s);
   if (wish.topics.empty() && wish.regex.empty() && wish.exclude_regex.empty()) return selection;
-  selection.wants_topic = [wish, by = std::regex{wish.regex},
-                           without = std::regex{wish.exclude_regex}](const std::string& topic) {
-    const bool is_named = std::find(wish.topics.begin(), wish.topics.end(), topic) != wish.topics.end();
-    const bool is_matched = !wish.regex.empty() && std::regex_search(topic, by);
-    const bool all = wish.topics.empty() && wish.regex.empty();
-    return (all || is_named || is_matched) && (wish.exclude_regex.empty() || !std::regex_search(topic, without));
+  record::TopicWish topics{
+      .topics = wish.topics, .regex = wish.regex, .exclude_regex = wish.exclude_regex, .hidden = true};
+  topics.all = wish.topics.empty() && wish.regex.empty();
+  // The command line was checked (wrong_regex).
+  selection.wants_topic = [choice = record::TopicChoice::make(std::move(topics)).value()](const std::string& topic) {
+    return choice.takes(topic);
   };
   return selection;
 }
@@ -71,12 +71,8 @@ std::string default_output(const std::string& path) {
 }  // namespace
 
 std::string wrong_regex(const std::string& text) {
-  try {
-    const std::regex made{text};
-    return "";
-  } catch (const std::regex_error& error) {
-    return "'" + text + "' is no regular expression (ECMAScript): " + error.what();
-  }
+  const auto made = record::TopicChoice::make({.regex = text});
+  return made ? "" : made.error().what;
 }
 
 int copy_bag(const BagCopyWish& wish) {

@@ -38,7 +38,7 @@ class Host : public NodeHost {
     return node_->create_subscription(spec, taking, callback, group);
   }
   std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, ReadyListener& listener) override {
-    return node_->create_reader(spec, listener);
+    return node_->commons().broker.create_reader(spec, Taking::Share, &listener);
   }
   std::unique_ptr<GraphWatchHandle> watch_graph(GraphListener& listener) override {
     return std::make_unique<GraphPort>(node_->commons().broker, listener);

@@ -355,10 +355,6 @@ std::unique_ptr<SubscriptionHandle> NodeRuntime::create_subscription(const Endpo
   return std::make_unique<SubscriptionPort>(*this, spec, taking, callback, group);
 }
 
-std::unique_ptr<Reader> NodeRuntime::create_reader(const EndpointSpec& spec, ReadyListener& listener) {
-  return commons_.broker.create_reader(spec, Taking::Share, &listener);
-}
-
 std::unique_ptr<StatusEventHandle> NodeRuntime::create_status_event(PlainCallback callback, const GroupPointer& group) {
   return std::make_unique<StatusPort>(*this, callback, group_of(group, "status event"));
 }

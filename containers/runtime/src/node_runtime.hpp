@@ -56,7 +56,6 @@ class NodeRuntime {
   ~NodeRuntime();
 
   [[nodiscard]] std::unique_ptr<Writer> create_writer(const EndpointSpec& spec);
-  [[nodiscard]] std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, ReadyListener& listener);
   [[nodiscard]] std::unique_ptr<SubscriptionHandle> create_subscription(const EndpointSpec& spec, Taking taking,
                                                                         MessageCallback callback,
                                                                         const GroupPointer& group);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The player alone, and as a component in a container.
+#include <fstream>
 #include <std_msgs/msg/int32.hpp>
 
 #include "nacelle/runtime/test_container.hpp"
@@ -107,6 +108,45 @@ TEST_F(PlayTest, begins_again_and_tells_the_time) {
   }
 }
 
+TEST_F(PlayTest, ends_though_it_loops_where_nothing_can_be_played_again) {
+  {
+    auto empty = Recording::begin({.folder = path("empty"), .keep_free = 0});
+    auto single = Recording::begin({.folder = path("single"), .keep_free = 0});
+    ASSERT_TRUE(empty && single);
+    const Int32 message;
+    (*single)->write((*single)->add_topic("/numbers", Int32::message_type(), {QoS(100)}), &message, kStart, kStart);
+  }
+  for (const char* name : {"empty", "single"}) {
+    auto recording = OpenRecording::open(path(name));
+    ASSERT_TRUE(recording) << recording.error().text();
+    const std::uint64_t from = recording->messages->first(), to = recording->messages->last();
+    std::vector<Player::Topic> topics(recording->messages->topics().size());
+    const SystemClock clock;
+    const Player player{std::move(*recording), std::move(topics), {.from = from, .to = to, .loops = true}, clock};
+    wait_for_end(player);
+  }
+}
+
+// One message, at the begin of 100 ms: the next round begins when they are over.
+TEST_F(PlayTest, a_round_lasts_as_long_as_the_recording) {
+  auto kept = container_.container().transport().create_writer({"/kept", &Int32::message_type(), QoS(1), "/player"});
+  auto reader = container_.subscribe<Int32>("/kept", QoS(10));
+  auto recording = OpenRecording::open(path("bag"));
+  ASSERT_TRUE(recording);
+  std::vector<Player::Topic> topics(2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (recording->messages->topics()[i].name == "/kept") topics[i] = {&Int32::message_type(), kept.get(), false};
+  }
+  const SystemClock clock;
+  const MonotonicTime begin = clock.now();
+  const Player player{std::move(*recording),
+                      std::move(topics),
+                      {.from = kStart, .to = kStart + 50 * kMillisecond, .loops = true},
+                      clock};
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(reader.next().data, 1000);
+  EXPECT_GE(clock.now() - begin, 150ms);
+}
+
 TEST_F(PlayTest, decodes_nothing_that_nobody_reads) {
   const auto player = play({.rate = 100.0});
   wait_for_end(*player);
@@ -118,7 +158,9 @@ TEST_F(PlayTest, as_a_component_publishes_with_the_recorded_qos) {
   auto numbers = container_.subscribe<Int32>("/other", QoS(100));
   runtime::LoadRequest request;
   request.plugin = "nacelle::record::PlayComponent";
-  request.parameters = {{"storage.uri", path("bag")}, {"play.rate", 100.0}};
+  request.parameters = {{"storage.uri", path("bag")},
+                        {"play.rate", 100.0},
+                        {"play.topics", std::vector<std::string>{"numbers", "/kept"}}};
   request.remaps = {make_remap_rule("/numbers", "/other").value()};
   const auto loaded = container_.container().load(request);
   ASSERT_TRUE(loaded) << loaded.error().text();
@@ -145,6 +187,11 @@ TEST_F(PlayTest, as_a_component_refuses_what_it_cannot_play) {
   EXPECT_NE(
       refused({{"storage.uri", path("bag")}, {"play.exclude_regex", std::string{"["}}}).find("play.exclude_regex"),
       std::string::npos);
+  EXPECT_NE(refused({{"storage.uri", path("bag")}, {"play.topics", std::vector<std::string>{"number"}}})
+                .find("has no topic /number; did you mean '/numbers'?"),
+            std::string::npos);
+  std::ofstream{path("old.db3")} << "SQLite format 3";
+  EXPECT_NE(refused({{"storage.uri", path("old.db3")}}).find("nacelle bag convert"), std::string::npos);
   std::filesystem::resize_file(path("bag/bag_0.mcap"), 500);
   EXPECT_NE(refused({{"storage.uri", path("bag")}}).find("nacelle bag recover"), std::string::npos);
 }

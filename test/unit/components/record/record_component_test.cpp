@@ -8,6 +8,7 @@
 #include "nacelle/runtime/test_container.hpp"
 #include "record/model/recording_summary.hpp"
 #include "record/port/recording_file.hpp"
+#include "support/log_lines.hpp"
 #include "temporary_folder.hpp"
 
 namespace nacelle::record {
@@ -133,6 +134,27 @@ TEST_F(RecordComponentTest, tells_when_it_ends_by_itself) {
   ASSERT_EQ(found->open_faults.size(), 1U) << "the robot goes on";
   EXPECT_EQ(found->open_faults.front().code, "RECORDING_ENDED");
   end(recorder);
+}
+
+// The recorder takes what came at once, and then sleeps for some milliseconds.
+TEST_F(RecordComponentTest, counts_each_message_that_a_burst_loses) {
+  auto burst = container_.advertise<String>("/burst", QoS(10));
+  const auto recorder = record({{"record.topics", std::vector<std::string>{"/burst"}}});
+  constexpr std::uint64_t kMessages = 5000;
+  for (std::uint64_t i = 0; i < kMessages; ++i) burst.publish(words("x"));
+  std::vector<std::string> lines;
+  {
+    const test::LogLines log;
+    end(recorder);
+    lines = log.all;
+  }
+  std::uint64_t lost = 0;
+  for (const std::string& line : lines) {
+    if (line.starts_with("lost in queue: ") && line.ends_with(" messages of /burst"))
+      lost = std::stoull(line.substr(15));
+  }
+  EXPECT_GT(lost, 0U);
+  EXPECT_EQ(recorded().at("/burst") + lost, kMessages);
 }
 
 TEST_F(RecordComponentTest, refuses_what_it_cannot_do) {

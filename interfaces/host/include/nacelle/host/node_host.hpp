@@ -58,7 +58,7 @@ class SubscriptionHandle {
   virtual ~SubscriptionHandle() = default;
   [[nodiscard]] virtual Reader& reader() = 0;
 };
-/// A GraphListener is told until this is destroyed.
+/// The host calls a GraphListener until this is destroyed.
 class GraphWatchHandle {
  public:
   virtual ~GraphWatchHandle() = default;
@@ -126,8 +126,8 @@ class NodeHost {
   [[nodiscard]] virtual std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) = 0;
   [[nodiscard]] virtual std::unique_ptr<SubscriptionHandle> create_subscription(
       const EndpointSpec& spec, Taking taking, MessageCallback callback, const CallbackGroup::SharedPtr& group) = 0;
-  /// For a component that reads on a thread of its own. The listener is told as Transport::create_reader() says and outlives the
-  /// reader. The node's gate does not close it. Threads: any.
+  /// Creates a reader for a thread of the component's own. It calls the listener as Transport::create_reader() says; the listener outlives
+  /// it. The node's gate does not close it. Threads: any.
   [[nodiscard]] virtual std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, ReadyListener& listener) = 0;
   /// Tells the listener of all endpoints of the container, and of each change. Those of other processes are among them as far as
   /// somebody here reads or writes their topic. The listener outlives the handle. Threads: any.
