@@ -13,7 +13,6 @@ namespace nacelle::record {
 namespace {
 
 constexpr const char* kEnded = "RECORDING_ENDED";
-constexpr std::uint64_t kMegabyte = 1'000'000;
 
 ParameterDescriptor fixed(std::string description) {
   return {std::move(description), "", true, false, std::nullopt, std::nullopt};

@@ -116,7 +116,7 @@ void Recording::write(std::size_t index, const void* message, std::uint64_t log_
   if (!has_space()) {
     return end({Place{options_.folder, 0},
                 fmt::format("the disk is full: {} MB are free, and {} MB of them are left to others",
-                            disk_.free_bytes() >> 20U, options_.keep_free >> 20U),
+                            disk_.free_bytes() / kMegabyte, options_.keep_free / kMegabyte),
                 "make room, or lower storage.keep_free"});
   }
   const bool begins_chunk = writer_->pending() == 0;

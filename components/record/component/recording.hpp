@@ -17,13 +17,16 @@
 
 namespace nacelle::record {
 
+/// As storage.keep_free and storage.max_cache_size count.
+inline constexpr std::uint64_t kMegabyte = 1'000'000;
+
 struct RecordingOptions {
   std::string folder;  ///< Of the recording; it must not exist.
   Compression compression = Compression::None;
-  std::uint64_t max_file_bytes = 0;                    ///< A file that reaches it is followed by another one; 0: never.
-  Duration max_file_duration{};                        ///< The same; zero: never.
-  std::size_t most_waiting = std::size_t{32} << 20U;   ///< Bytes that may wait for the disk.
-  std::uint64_t keep_free = std::uint64_t{64} << 20U;  ///< Bytes of the file system that the recording leaves.
+  std::uint64_t max_file_bytes = 0;           ///< A file that reaches it is followed by another one; 0: never.
+  Duration max_file_duration{};               ///< The same; zero: never.
+  std::size_t most_waiting = 32 * kMegabyte;  ///< Bytes that may wait for the disk.
+  std::uint64_t keep_free = 64 * kMegabyte;   ///< Bytes of the file system that the recording leaves.
 };
 
 /// A recording that grows: a folder with its MCAP files and metadata.yaml, as `ros2 bag record` makes it.

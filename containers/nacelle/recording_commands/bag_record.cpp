@@ -75,7 +75,7 @@ int record_bag(const BagRecordWish& wish) {
   const int code = run_component(wish.whom, component, wish.name + ": recording", take);
   if (code != kDone) return code;
   const std::string folder = last.value("folder");
-  if (last.level == 2) return complain({"recording " + folder, last.message, "what came before is complete"});
+  if (last.level == 2) return complain({"recording", last.message, "what came before is complete"});
   if (folder.empty()) return kDone;  // it ended before the first second was over
   print_text("%s is complete\n", folder.c_str());
   for (const auto& [key, value] : last.values) {
