@@ -87,7 +87,9 @@ SetParametersResult CameraComponent::set_controls(const std::vector<Parameter>& 
     if (!found->is_switch && (value < found->least || value > found->most))  // some drivers clamp without a word
       return {false, fmt::format("{} is out of the control's range, {} to {}", value, found->least, found->most)};
     if (loop_ && loop_->is_open()) {
-      if (const auto set = port_->set_control(*found, value); !set) return {false, set.error().text()};
+      const auto set = port_->set_control(*found, value);
+      // A device that was lost meanwhile gets the value when it is open again.
+      if (!set && set.error().code != CameraFault::NotOpen) return {false, set.error().text()};
     }
     auto chosen = chosen_.lock();
     const auto earlier =

@@ -66,6 +66,11 @@ class ScriptedCamera final : public V4l2Calls {
     unplugged_ = false;
   }
 
+  /// A control's value, while the driver's thread may set it.
+  std::int32_t control_value(std::uint32_t id) {
+    const std::lock_guard lock{mutex_};
+    return control_values[id];
+  }
   /// Stops the clock while the driver waits for a frame; the driver then waits for the test. Call it before streaming.
   void hold_time() { held_at_ = clock_.now(); }
   /// Lets that much time pass. Returns when the driver has taken every frame, has used up the time and waits again, or when it
