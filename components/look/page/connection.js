@@ -30,7 +30,6 @@ export class Connection extends Emitter {
     this.byId = new Map();        // id on the wire -> subscription
     this.calls = new Map();
     this.assets = new Map();
-    this.parameterAnswers = new Map();
     this.adverts = new Map();     // client channels by topic and type
     this.graphWatchers = 0;
     this.watchedParameters = new Map();  // name -> count
@@ -76,7 +75,7 @@ export class Connection extends Emitter {
     this.byId.clear();
     this.adverts.clear();
     for (const subscription of this.subscriptions) subscription.channel = null;
-    for (const waiting of [this.calls, this.assets, this.parameterAnswers]) {
+    for (const waiting of [this.calls, this.assets]) {
       for (const {reject, timer} of waiting.values()) {
         this.clock.clearTimeout(timer);
         reject(new Error('the connection was lost'));
@@ -282,11 +281,6 @@ export class Connection extends Emitter {
 
   // --- parameters and the graph ---
 
-  getParameters(names) {
-    const id = `get ${this.nextId++}`;
-    return this.ask(this.parameterAnswers, id, CALL_LIMIT_MS, 'the parameters do not come', () => this.send({op: 'getParameters', parameterNames: names, id}));
-  }
-
   watchParameters(names) {
     const added = names.filter((name) => !this.watchedParameters.has(name));
     for (const name of names) this.watchedParameters.set(name, (this.watchedParameters.get(name) ?? 0) + 1);
@@ -346,11 +340,7 @@ const HANDLERS = {
     this.emit('services');
   },
   serviceCallFailure({callId, message}) { this.take(this.calls, callId)?.reject(new Error(message)); },
-  parameterValues({id, parameters}) {
-    const answer = id === undefined ? undefined : this.take(this.parameterAnswers, id);
-    if (answer) answer.resolve(parameters);
-    else this.emit('parameters', parameters);
-  },
+  parameterValues({parameters}) { this.emit('parameters', parameters); },
   connectionGraphUpdate(update) {
     const {graph} = this;
     for (const {name, publisherIds} of update.publishedTopics ?? []) graph.published.set(name, publisherIds);

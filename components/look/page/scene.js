@@ -33,8 +33,10 @@ export class Scene {
   start() {
     const on = (pick, callback) => this.ends.push(this.connection.subscribe(pick, callback));
     const firstOf = (type, first) => (channels) => ofType(channels, type, first)[0];
-    on('/tf', (message) => this.addTransforms(message));
-    on('/tf_static', (message) => this.addTransforms(message));
+    for (const name of ['tf', 'tf_static']) {  // a namespace may be before them
+      on((channels) => ofType(channels, 'tf2_msgs/msg/TFMessage', [`/${name}`]).find(({topic}) => topic.endsWith(`/${name}`)),
+        (message) => this.addTransforms(message));
+    }
     on((channels) => channels.find(({topic, schemaName}) => /(^|\/)robot_description$/.test(topic) && schemaName === 'std_msgs/msg/String'),
       (message) => this.describe(message.data));
     on(firstOf('geometry_msgs/msg/PolygonStamped'), (message) => this.addFootprint(message));

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// A player of recordings (rosbag2's services) with a beginning and an end, which its services do not tell.
+
+const STEP_NS = 50_000_000n;
+const LONGEST_NS = 1n << 52n;  // 52 days
+
+export function timeOf(ns) { return {sec: Number(ns / 1_000_000_000n), nanosec: Number(ns % 1_000_000_000n)}; }
+export function nanosecondsOf({sec, nanosec}) { return BigInt(sec) * 1_000_000_000n + BigInt(nanosec); }
+
+/** Returns the last time that `seek` (an async function of ns) accepts after `start`, to 50 ms; the player must be paused. */
+export async function findEnd(start, seek) {
+  let good = start;
+  let step = 1_000_000_000n;
+  while (step < LONGEST_NS && await seek(start + step)) {
+    good = start + step;
+    step *= 2n;
+  }
+  let bad = start + step;
+  while (bad - good > STEP_NS) {
+    const middle = (good + bad) / 2n;
+    if (await seek(middle)) good = middle;
+    else bad = middle;
+  }
+  return good;
+}
+
+/** Returns remap rules for topics that exist already, so that a recording does not get between them. */
+export function rulesApart(topics, prefix) {
+  const rules = [...new Set(topics)].filter((topic) => !topic.endsWith('/look') && !topic.startsWith(`${prefix}/`)).sort();
+  return rules.map((topic) => `${topic}:=${prefix}${topic}`);
+}
