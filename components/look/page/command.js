@@ -27,7 +27,7 @@ export function commandTopics(connection) {
   return [...found].sort((a, b) => rank(a) - rank(b) || (a < b ? -1 : 1));
 }
 
-/** The sender of one grip. Threads of time: `clock` has setInterval, clearInterval and now. */
+/** Sends while it is held. `clock` has setInterval, clearInterval and now: tests give their own. */
 export class CommandSender {
   constructor(robot, clock = {setInterval: (...w) => setInterval(...w), clearInterval: (id) => clearInterval(id), now: () => performance.now()}) {
     Object.assign(this, {robot, clock, connection: robot.connection});

@@ -18,7 +18,7 @@ import {Robot} from './robot.js';
 import {Tabs} from './tabs.js';
 
 const WORDS_MS = 8000;
-const KINDS = [WorldPanel, CameraPanel, DrivePanel, ComponentsPanel, StreamsPanel, PlotsPanel, LogsPanel, FaultsPanel, GraphPanel, ParametersPanel,
+const KINDS = [WorldPanel, CameraPanel, DrivePanel, ComponentsPanel, PlotsPanel, StreamsPanel, LogsPanel, FaultsPanel, GraphPanel, ParametersPanel,
   RecordPanel, ReplayPanel];
 const byId = (id) => document.getElementById(id);
 

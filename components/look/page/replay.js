@@ -24,8 +24,11 @@ export async function findEnd(start, seek) {
   return good;
 }
 
+/** Topics that the player itself publishes, too: those of a recording cannot be told from its own. */
+export const PLAYERS_OWN = ['/rosout', '/parameter_events'];
+
 /** Returns remap rules for topics that exist already, so that a recording does not get between them. */
 export function rulesApart(topics, prefix) {
-  const rules = [...new Set(topics)].filter((topic) => !topic.endsWith('/look') && !topic.startsWith(`${prefix}/`)).sort();
-  return rules.map((topic) => `${topic}:=${prefix}${topic}`);
+  const rules = [...new Set(topics)].filter((topic) => !topic.endsWith('/look') && !topic.startsWith(`${prefix}/`) && !PLAYERS_OWN.includes(topic));
+  return rules.sort().map((topic) => `${topic}:=${prefix}${topic}`);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 const NARROW = '(max-width: 760px)';
-const FIRST_WIDE = ['world', 'camera', 'drive', 'components', 'streams', 'plots'];
+const FIRST_WIDE = ['world', 'camera', 'drive', 'components', 'plots', 'streams'];
 const FIRST_NARROW = ['world', 'drive'];
 
 /** Which panels are shown: a button for each. On a narrow screen a panel replaces the one before it, and the joystick stays below it until it is

@@ -42,6 +42,9 @@ function integer(word) {
   return BigInt(word.replace('+', ''));
 }
 function double(word) {
+  if (/^\.?nan$/i.test(word)) return NaN;
+  const infinite = /^([+-]?)\.?inf(inity)?$/i.exec(word);
+  if (infinite) return infinite[1] === '-' ? -Infinity : Infinity;
   if (word === '' || Number.isNaN(Number(word))) throw new Error(`"${word}" is no number`);
   return Number(word);
 }

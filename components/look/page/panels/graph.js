@@ -73,7 +73,7 @@ export class GraphPanel extends Panel {
     const height = 20 + Math.max(1, ...layers.map((layer) => layer.length)) * (HEIGHT + GAP_Y) - GAP_Y;
     this.picture.replaceChildren();
     this.picture.setAttribute('viewBox', `0 0 ${width} ${height}`);
-    this.picture.style.minWidth = `${Math.min(width, 700)}px`;
+    this.picture.style.minWidth = `${Math.min(width, 560)}px`;
     for (const {from, to, topics} of edges) {
       const [x1, y1] = [at.get(from)[0] + WIDTH, at.get(from)[1] + HEIGHT / 2];
       const [x2, y2] = [at.get(to)[0], at.get(to)[1] + HEIGHT / 2];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import {button, element, labelled, select, setText} from '../dom.js';
 import {Panel} from '../panel.js';
-import {findEnd, nanosecondsOf, rulesApart, timeOf} from '../replay.js';
+import {PLAYERS_OWN, findEnd, nanosecondsOf, rulesApart, timeOf} from '../replay.js';
 import {parametersOf} from '../values.js';
 
 const PLUGIN = 'nacelle::record::PlayComponent';
@@ -54,7 +54,10 @@ export class ReplayPanel extends Panel {
     // The player's clock stays apart: the robot's own time goes on.
     const rules = ['/clock:=~/clock'];
     const known = [...this.connection.channels.values()].map(({topic}) => topic).filter((topic) => topic !== '/clock');
-    if (this.apart.checked) rules.push(...rulesApart([...known, ...named], PREFIX));
+    if (this.apart.checked) {
+      rules.push(...rulesApart([...known, ...named], PREFIX));
+      parameters['play.exclude_topics'] = PLAYERS_OWN;
+    }
     return this.robot.order('Open the recording', 'load_component', {component: PLUGIN, parameters: parametersOf(parameters), remap_rules: rules});
   }
 

@@ -17,7 +17,7 @@ export class WorldPanel extends Panel {
     this.canvas = element('canvas', {tabindex: 0, role: 'img', 'aria-label': 'The robot in its world. Drag to move, pinch or use the wheel to zoom.'});
     this.legend = element('div', {class: 'legend'});
     this.body.append(this.canvas, this.legend);
-    this.switches = Object.keys(this.views).map((name) => button(name, () => this.choose(name), {'aria-pressed': name === this.which}));
+    this.switches = Object.keys(this.views).map((name) => button(name, () => this.choose(name), {'aria-pressed': String(name === this.which)}));
     const check = (word, text) => {
       const input = element('input', {type: 'checkbox', checked: this.options[word], onchange: () => {
         this.options[word] = input.checked;

@@ -6,7 +6,7 @@ import test from 'node:test';
 
 import {decode, encode} from '../../../components/look/page/cdr.js';
 import {parseSchema} from '../../../components/look/page/ros2msg.js';
-import {ROOT, schemaOf} from './schemas.js';
+import {ROOT, schemaOf} from './schemas.mjs';
 
 const {vectors} = JSON.parse(fs.readFileSync(path.join(ROOT, 'test/data/vectors/cdr_vectors_core.json'), 'utf8'));
 const bytesOf = (hex) => Uint8Array.from(Buffer.from(hex, 'hex'));

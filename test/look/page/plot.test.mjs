@@ -5,7 +5,7 @@ import test from 'node:test';
 import {Series, fieldTree, ticks, valueAt} from '../../../components/look/page/plot.js';
 import {layersOf} from '../../../components/look/page/layers.js';
 import {streamRows} from '../../../components/look/page/statistics.js';
-import {schemaOf} from './schemas.js';
+import {schemaOf} from './schemas.mjs';
 
 test('the fields of an odometry that are numbers', () => {
   const tree = fieldTree(schemaOf('nav_msgs/msg/Odometry'));
