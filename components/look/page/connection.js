@@ -12,7 +12,7 @@ const CALL_LIMIT_MS = 15000;
 const UTF8 = new TextDecoder();
 const TO_UTF8 = new TextEncoder();
 
-/** Emits: state (connecting, open, lost), serverInfo, channels, services, graph, parameters (changed ones), status, time. */
+/** Emits: state (connecting, open, lost), serverInfo, channels, services, graph, parameters (changed ones), status. */
 export class Connection extends Emitter {
   /** `open(url, protocols)` makes a WebSocket, `clock` has setTimeout, clearTimeout and now: tests give their own. */
   constructor(url, {open = (...words) => new WebSocket(...words), clock = systemClock()} = {}) {
@@ -111,7 +111,6 @@ export class Connection extends Emitter {
     if (bytes.length < 9) return;
     const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
     if (bytes[0] === 1 && bytes.length >= 13) this.receiveMessage(view.getUint32(1, true), view.getBigUint64(5, true), bytes.subarray(13));
-    else if (bytes[0] === 2) this.emit('time', view.getBigUint64(1, true));
     else if (bytes[0] === 3 && bytes.length >= 13) this.receiveResponse(view.getUint32(5, true), bytes.subarray(13 + view.getUint32(9, true)));
     else if (bytes[0] === 4 && bytes.length >= 10) this.receiveAsset(view, bytes);
   }

@@ -33,6 +33,7 @@ export class Tabs {
       this.shown.add(name);
     }
     this.save();
+    this.buttons.get(name).scrollIntoView({block: 'nearest', inline: 'nearest'});
   }
 
   /** Shows these and no other. */

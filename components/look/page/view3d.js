@@ -10,7 +10,7 @@ export class View3d {
   constructor() {
     this.yaw = -2.4;
     this.pitch = 0.6;
-    this.distance = 1.6;
+    this.distance = 1.3;
     this.target = [0, 0, 0.05];
   }
 

@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of `nacelle look` in Chromium without a window: every panel shows the simulated robot, and the joystick drives it and lets it stop."""
+import json
+import os
+import pathlib
+import re
+import signal
+import time
+import unittest
+
+import browser
+from browser import Browser
+from robot import SLOW, RunningRobotTest, interrupt, wait_for
+
+LINK = re.compile(r"http://127\.0\.0\.1:\d+/#token=\S+")
+PICTURES = pathlib.Path(os.environ.get("NACELLE_PICTURES", "."))
+WIDE, PHONE = (1280, 800), (390, 844)
+TIMEOUT_S = 0.5  # of the base's input (launch/config/robot.yaml)
+CYCLE_S = 0.02
+RUNNING_S = 0.25  # the command of zero respects the limits of deceleration
+ALL = "['world','camera','drive','components','plots','streams','logs','faults','graph','parameters','record','replay']"
+
+
+def middle(page, selector):
+    return page.run(f"(() => {{ const box = document.querySelector('{selector}').getBoundingClientRect();"
+                    " return [box.left + box.width / 2, box.top + box.height / 2, box.width / 2]; })()")  # fmt: skip
+
+
+@unittest.skipIf(browser.CHROMIUM is None, "Debian's chromium is not installed")
+class Page(RunningRobotTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.look = cls.start_program("look", "--port", "0")
+        cls.words = ""
+        wait_for("the link", cls.link)
+
+    @classmethod
+    def tearDownClass(cls):
+        interrupt(cls.look)
+        cls.look.stdout.close()
+        super().tearDownClass()
+
+    @classmethod
+    def link(cls):
+        if cls.look.poll() is not None:
+            raise AssertionError("nacelle look ended: " + cls.words + cls.look.stdout.read())
+        if not LINK.search(cls.words):
+            cls.words += cls.look.stdout.readline()
+        found = LINK.search(cls.words)
+        return found and found[0]
+
+    def open_page(self, size=WIDE, is_phone=False):
+        page = Browser(*size, is_phone)
+        self.addCleanup(page.close)
+        page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+        page.open(self.link())
+        wait_for("the connection", lambda: page.run("window.nacelle?.robot.mayOperate ?? false"))
+        return page
+
+    def report(self, page, panel):
+        return page.run(f"window.nacelle.panels.{panel}")
+
+    def odometry(self):
+        said = self.expect_exit(self.run_program("topic", "echo", "/odom", "--once", "--json"), 0).stdout
+        return json.loads(said.splitlines()[0])
+
+    def speed(self):
+        twist = self.odometry()["twist"]["twist"]
+        return abs(twist["linear"]["x"]) + abs(twist["angular"]["z"])
+
+    def drive(self, page):
+        """Holds the stick forward until the robot moves."""
+        wait_for("a topic to drive", lambda: self.report(page, "drive")["live"])
+        x, y, radius = middle(page, ".stick")
+        page.mouse("mousePressed", x, y)
+        page.mouse("mouseMoved", x, y - 0.9 * radius)
+        wait_for("the robot moves", lambda: self.report(page, "drive")["speed"] > 0.15)
+        return x, y
+
+    def expect_stand(self, since, limit_s):
+        """The robot stands at the latest so many seconds after that time of the wall clock, by the stamps of its odometry."""
+        while True:
+            message = self.odometry()
+            stamp = message["header"]["stamp"]["sec"] + message["header"]["stamp"]["nanosec"] * 1e-9
+            twist = message["twist"]["twist"]
+            if abs(twist["linear"]["x"]) + abs(twist["angular"]["z"]) < 0.005:
+                return
+            self.assertLess(stamp - since, limit_s * SLOW, f"it still moves: {twist}")
+
+    def test_every_panel_shows_live_data(self):
+        page = self.open_page()
+        page.run(f"window.nacelle.tabs.choose({ALL})")
+        for panel in json.loads(ALL.replace("'", '"')):
+            with self.subTest(panel=panel):
+                wait_for(f"live data in {panel}", lambda: self.report(page, panel)["live"])  # noqa: B023
+        self.assertEqual(self.report(page, "components")["components"], len(self.components()))
+        self.assertEqual(set(self.report(page, "world")["paths"]), {"/odom", "/odometry/filtered"})
+        self.assertTrue(self.report(page, "world")["hasOutline"])
+        self.assertGreater(self.report(page, "camera")["width"], 100)
+        self.assertGreater(self.report(page, "parameters")["parameters"], 10)
+        self.assertEqual(page.complaints, [])
+
+    def components(self):
+        return json.loads(self.expect_exit(self.run_program("component", "list", "--json"), 0).stdout)["components"]
+
+    def test_a_hidden_panel_has_no_subscription(self):
+        page = self.open_page()
+        page.run("window.nacelle.tabs.choose(['world'])")
+        wait_for("live data", lambda: self.report(page, "world")["live"])
+        topics = "[...window.nacelle.robot.connection.subscriptions].map(({channel}) => channel.topic)"
+        self.assertIn("/scan", page.run(topics))
+        page.run("window.nacelle.tabs.choose([])")
+        self.assertEqual(page.run(topics), [])
+
+    def test_the_joystick_drives_and_stops(self):
+        page = self.open_page()
+        wait_for("live data", lambda: self.report(page, "world")["live"])
+        before = self.report(page, "world")["position"]
+        x, y = self.drive(page)
+        page.mouse("mouseReleased", x, y)
+        released = time.time()
+        self.expect_stand(released, TIMEOUT_S + CYCLE_S + RUNNING_S)
+        self.assertFalse(self.report(page, "drive")["held"])
+        after = self.report(page, "world")["position"]
+        self.assertGreater(((after[0] - before[0]) ** 2 + (after[1] - before[1]) ** 2) ** 0.5, 0.01)
+
+    def test_the_robot_stops_when_the_page_is_closed(self):
+        page = self.open_page()
+        self.drive(page)
+        closed = time.time()
+        page.close_page()
+        self.expect_stand(closed, TIMEOUT_S + CYCLE_S + RUNNING_S)
+
+    def test_the_robot_stops_when_the_phone_hangs(self):
+        page = self.open_page()
+        self.drive(page)
+        os.killpg(page.process.pid, signal.SIGSTOP)
+        self.expect_stand(time.time(), TIMEOUT_S + CYCLE_S + RUNNING_S)
+
+    def test_the_emergency_stop_is_set_and_released(self):
+        page = self.open_page()
+        page.run("document.querySelector('#stop').click()")
+        wait_for("the stop", lambda: page.run("window.nacelle.robot.stops") == ["/emergency_stop"])
+        self.assertEqual(page.run("document.querySelector('#stop').textContent"), "STOPPED")
+        page.run("document.querySelector('#release').click()")
+        wait_for("the release", lambda: page.run("window.nacelle.robot.stops") == [])
+
+    def test_a_parameter_is_set(self):
+        page = self.open_page()
+        page.run("window.nacelle.tabs.choose(['parameters'])")
+        wait_for("the parameters", lambda: self.report(page, "parameters")["live"])
+        page.run("""(() => { const input = document.getElementById('parameter-linear.x.max_velocity'); input.value = '0.4';
+                     input.dispatchEvent(new Event('change')); })()""")
+        try:
+            wait_for("the value", lambda: "0.4" in self.run_program("param", "get", "/diff_drive", "linear.x.max_velocity").stdout)
+        finally:
+            self.run_program("param", "set", "/diff_drive", "linear.x.max_velocity", "0.5")
+
+    def test_a_recording_is_made_and_replayed(self):
+        page = self.open_page()
+        page.run("window.nacelle.tabs.choose(['record', 'replay'])")
+        bag = self.folder / "from_the_page"
+        fill = "(() => {{ const panel = document.querySelector('#panel-{}'); const inputs = panel.querySelectorAll('input'); {} " \
+               "panel.querySelector('form').requestSubmit(); }})()"  # fmt: skip
+        page.run(fill.format("record", f"inputs[0].value = '/odom'; inputs[1].value = '{bag}';"))
+        wait_for("the recorder", lambda: self.report(page, "record")["recordings"] == 1)
+        before = self.streams()["/odom"]["published"]
+        wait_for("three seconds of odometry", lambda: self.streams()["/odom"]["published"] > before + 150)
+        page.run("document.querySelector('#panel-record .card button').click()")
+        wait_for("the end of the recording", lambda: self.report(page, "record")["recordings"] == 0)
+        page.run(fill.format("replay", f"inputs[0].value = '{bag}';"))
+        length = wait_for("the player", lambda: self.report(page, "replay")["length"])
+        found = json.loads(self.expect_exit(self.run_program("bag", "info", bag, "--json"), 0).stdout)
+        self.assertAlmostEqual(length, (found["end_ns"] - found["start_ns"]) * 1e-9, delta=0.3)
+        self.assertTrue(self.report(page, "replay")["paused"])
+        self.assertIn("/replay/odom", self.streams())
+        page.run("(() => { const slider = document.querySelector('.player input[type=range]'); slider.value = 2; slider.dispatchEvent(new Event('input')); })()")
+        page.run("document.querySelector('.player button').click()")
+        wait_for("it plays from there", lambda: 2.1 < self.report(page, "replay")["position"])
+        page.run("document.querySelector('.player').lastElementChild.click()")
+        wait_for("the player is gone", lambda: self.report(page, "replay")["node"] == "")
+
+    def test_pictures(self):
+        for name, size, is_phone in (("look", WIDE, False), ("look_phone", PHONE, True)):
+            with self.subTest(name=name):
+                page = self.open_page(size, is_phone)
+                wait_for("live data", lambda: self.report(page, "world")["live"] and self.report(page, "drive")["live"])  # noqa: B023
+                if not is_phone:
+                    wait_for("an image", lambda: self.report(page, "camera")["width"] > 0)  # noqa: B023
+                x, y = self.drive(page)
+                page.mouse("mouseMoved", x + 25, y - 45)
+                wait_for("a path", lambda: self.report(page, "world")["position"] and self.report(page, "drive")["speed"] > 0.1)  # noqa: B023
+                data = page.picture(PICTURES / f"{name}.png")
+                page.mouse("mouseReleased", x, y)
+                self.assertGreater(len(data), 20000)
+                self.assertLessEqual(page.run("document.documentElement.scrollWidth"), size[0])
+
+
+if __name__ == "__main__":
+    unittest.main()
