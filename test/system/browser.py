@@ -96,9 +96,16 @@ class Browser:
     def resize(self, width, height, is_phone=False):
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=is_phone)
         self.call("Emulation.setTouchEmulationEnabled", enabled=is_phone)
+        self.is_phone = is_phone
 
-    def mouse(self, kind, x, y):
-        self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=0 if kind == "mouseReleased" else 1, clickCount=1)
+    def pointer(self, kind, x, y):
+        """`kind`: press, move or release, of a finger on a phone and of the mouse elsewhere."""
+        if self.is_phone:
+            points = [] if kind == "release" else [{"x": x, "y": y}]
+            self.call("Input.dispatchTouchEvent", type={"press": "touchStart", "move": "touchMove", "release": "touchEnd"}[kind], touchPoints=points)
+            return
+        name = {"press": "mousePressed", "move": "mouseMoved", "release": "mouseReleased"}[kind]
+        self.call("Input.dispatchMouseEvent", type=name, x=x, y=y, button="left", buttons=int(kind != "release"), clickCount=1)
 
     def picture(self, file):
         data = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])

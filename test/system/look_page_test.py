@@ -73,8 +73,8 @@ class Page(RunningRobotTest):
         """Holds the stick forward until the robot moves."""
         wait_for("a topic to drive", lambda: self.report(page, "drive")["live"])
         x, y, radius = middle(page, ".stick")
-        page.mouse("mousePressed", x, y)
-        page.mouse("mouseMoved", x, y - 0.9 * radius)
+        page.pointer("press", x, y)
+        page.pointer("move", x, y - 0.9 * radius)
         wait_for("the robot moves", lambda: self.report(page, "drive")["speed"] > 0.15)
         return x, y
 
@@ -118,7 +118,7 @@ class Page(RunningRobotTest):
         wait_for("live data", lambda: self.report(page, "world")["live"])
         before = self.report(page, "world")["position"]
         x, y = self.drive(page)
-        page.mouse("mouseReleased", x, y)
+        page.pointer("release", x, y)
         released = time.time()
         self.expect_stand(released, TIMEOUT_S + CYCLE_S + RUNNING_S)
         self.assertFalse(self.report(page, "drive")["held"])
@@ -189,10 +189,10 @@ class Page(RunningRobotTest):
                 if not is_phone:
                     wait_for("an image", lambda: self.report(page, "camera")["width"] > 0)  # noqa: B023
                 x, y = self.drive(page)
-                page.mouse("mouseMoved", x + 25, y - 45)
+                page.pointer("move", x + 25, y - 45)
                 wait_for("a path", lambda: self.report(page, "world")["position"] and self.report(page, "drive")["speed"] > 0.1)  # noqa: B023
                 data = page.picture(PICTURES / f"{name}.png")
-                page.mouse("mouseReleased", x, y)
+                page.pointer("release", x, y)
                 self.assertGreater(len(data), 20000)
                 self.assertLessEqual(page.run("document.documentElement.scrollWidth"), size[0])
 
