@@ -86,8 +86,9 @@ export class Scene {
   addOdometry(topic, message) {
     let path = this.paths.get(topic);
     if (!path) {
-      path = {points: [], colour: COLOURS[this.paths.size % COLOURS.length]};
-      this.paths.set(topic, path);
+      path = {points: []};
+      this.paths = new Map([...this.paths, [topic, path]].sort(([a], [b]) => (a < b ? -1 : 1)));
+      [...this.paths.values()].forEach((one, i) => { one.colour = COLOURS[i % COLOURS.length]; });
     }
     path.frame = message.header.frame_id;
     path.child = message.child_frame_id;
