@@ -2,6 +2,7 @@
 """Chromium without a window, driven by the DevTools protocol over two pipes, so that nothing but Debian's `chromium` is needed."""
 import base64
 import contextlib
+import fcntl
 import json
 import os
 import pathlib
@@ -9,6 +10,7 @@ import queue
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import threading
 
@@ -16,6 +18,7 @@ from robot import SLOW
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 LIMIT_S = 30.0
+MOVE = "import os, sys; os.dup2(int(sys.argv[1]), 3); os.dup2(int(sys.argv[2]), 4); os.execv(sys.argv[3], sys.argv[3:])"
 
 
 class Browser:
@@ -25,16 +28,17 @@ class Browser:
         self.folder = tempfile.mkdtemp(prefix="nacelle-browser-")
         to_browser, self.writer = os.pipe()
         self.reader, from_browser = os.pipe()
-        # The browser reads descriptor 3 and writes descriptor 4. A shell puts them there after the fork.
+        # The browser reads descriptor 3 and writes descriptor 4. MOVE puts them there, from numbers that are neither.
+        moved = [fcntl.fcntl(descriptor, fcntl.F_DUPFD, 10) for descriptor in (to_browser, from_browser)]
         words = [CHROMIUM, "--headless=new", "--no-sandbox", "--remote-debugging-pipe", f"--user-data-dir={self.folder}", "--no-first-run",
                  "--disable-gpu", "--disable-dev-shm-usage", "--disable-extensions", "--disable-background-networking", "--mute-audio",
                  "about:blank"]  # fmt: skip
         self.process = subprocess.Popen(
-            ["/bin/sh", "-c", f'exec "$@" 3<&{to_browser} 4>&{from_browser}', "sh", *words], pass_fds=(to_browser, from_browser),
+            [sys.executable, "-c", MOVE, *map(str, moved), *words], pass_fds=moved,
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
         )  # fmt: skip
-        os.close(to_browser)
-        os.close(from_browser)
+        for descriptor in (to_browser, from_browser, *moved):
+            os.close(descriptor)
         self.answers, self.waiting, self.next_id, self.session = queue.Queue(), {}, 1, None
         self.complaints = []  # what the page wrote to its console as errors
         threading.Thread(target=self._listen, daemon=True).start()

@@ -7,16 +7,17 @@ const LONGEST_NS = 1n << 52n;  // 52 days
 export function timeOf(ns) { return {sec: Number(ns / 1_000_000_000n), nanosec: Number(ns % 1_000_000_000n)}; }
 export function nanosecondsOf({sec, nanosec}) { return BigInt(sec) * 1_000_000_000n + BigInt(nanosec); }
 
-/** Returns the last time that `seek` (an async function of ns) accepts after `start`, to 50 ms; the player must be paused. */
-export async function findEnd(start, seek) {
-  let good = start;
+/** Returns the last time that `seek` (an async function of ns) accepts after one that it accepts, to 50 ms; before it, if `direction` is -1n. The player
+ * must be paused. */
+export async function findEdge(from, direction, seek) {
+  let good = from;
   let step = 1_000_000_000n;
-  while (step < LONGEST_NS && await seek(start + step)) {
-    good = start + step;
+  while (step < LONGEST_NS && await seek(from + direction * step)) {
+    good = from + direction * step;
     step *= 2n;
   }
-  let bad = start + step;
-  while (bad - good > STEP_NS) {
+  let bad = from + direction * step;
+  while ((bad - good) * direction > STEP_NS) {
     const middle = (good + bad) / 2n;
     if (await seek(middle)) good = middle;
     else bad = middle;

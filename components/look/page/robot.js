@@ -4,6 +4,7 @@ import {Emitter} from './emitter.js';
 import {parseSchema} from './ros2msg.js';
 
 const BOOL = parseSchema('std_msgs/msg/Bool', 'bool data\n');
+const COMPONENTS = '/_container/get_components';
 const HEARTBEAT_MS = 1000;
 const SILENCE_MS = 6000;
 
@@ -13,14 +14,12 @@ export class Robot extends Emitter {
     super();
     Object.assign(this, {connection, clock});
     this.right = '';
-    this.container = '';
     this.name = '';
     this.stops = [];
     this.polls = new Map();
     this.isAwake = true;
     connection.on('serverInfo', ({name, metadata = {}}) => {
       this.right = metadata['nacelle.right'] ?? 'view';
-      this.container = metadata['nacelle.container'] ?? '';
       this.name = metadata['nacelle.robot'] || name || '';
       this.version = metadata['nacelle.version'] ?? '';
       this.emit('right', this.right);
@@ -31,6 +30,7 @@ export class Robot extends Emitter {
       this.emit('right', '');
     });
     connection.on('status', ({message, level}) => this.emit('words', message, level > 0));
+    connection.watchGraph();  // says which topics stop a base
     this.poll('get_emergency_stops', {}, HEARTBEAT_MS, (answer) => this.noteStops(answer), {alsoAsleep: true});
   }
 
@@ -41,6 +41,14 @@ export class Robot extends Emitter {
     if (this.right === 'operate') return '';
     if (this.right === '') return 'Not connected to the robot.';
     return 'This link may only look. Open the link with the right to operate, which `nacelle look` prints.';
+  }
+
+  /** The full name of the container's node; empty: not known yet. */
+  get container() {
+    const given = this.connection.info?.metadata?.['nacelle.container'];
+    if (given) return given;
+    const found = [...this.connection.services.keys()].find((name) => name.endsWith(COMPONENTS));
+    return found ? found.slice(0, -COMPONENTS.length) : '';
   }
 
   /** The full name of a service of the container: service('get_statistics') or service('/lidar/get_parameters'). */

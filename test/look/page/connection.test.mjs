@@ -160,9 +160,21 @@ test('the emergency stop is published with the right to view, and what operates 
   assert.match(words[0][0], /NOT SENT/);
   assert.equal(robot.mayOperate, false);
   assert.match(robot.whyNot, /may only look/);
-  const [advertised, frame] = server.socket.sent;
+  const [graph, advertised, frame] = server.socket.sent;
+  assert.equal(graph.op, 'subscribeConnectionGraph');
   assert.deepEqual(advertised.channels.map(({topic, schemaName}) => [topic, schemaName]), [['/emergency_stop', 'std_msgs/msg/Bool']]);
   assert.deepEqual(decode(parseSchema('std_msgs/msg/Bool', 'bool data'), frame.subarray(5)), {data: true});
+});
+
+test('every topic that stops a base is published', () => {
+  const server = new Server('view');
+  const robot = new Robot(server.connection, server.clock);
+  server.connection.connect();
+  server.greet();
+  server.say({op: 'connectionGraphUpdate', publishedTopics: [], subscribedTopics: [{name: '/a/emergency_stop', subscriberIds: ['/a/base']}, {name: '/scan', subscriberIds: []}],
+    advertisedServices: [], removedTopics: [], removedServices: []});
+  server.say({op: 'advertise', channels: [{...CHANNEL, topic: '/b/emergency_stop', schemaName: 'std_msgs/msg/Bool'}]});
+  assert.deepEqual(robot.stopTopics().sort(), ['/a/emergency_stop', '/b/emergency_stop']);
 });
 
 test('a robot that answers nothing is given up', async () => {
@@ -173,7 +185,7 @@ test('a robot that answers nothing is given up', async () => {
   server.say({op: 'advertiseServices', services: [SERVICE]});
   server.clock.advance(300);
   await Promise.resolve();
-  assert.deepEqual(server.ops(), ['binary 2']);
+  assert.deepEqual(server.ops(), ['subscribeConnectionGraph', 'binary 2']);
   server.clock.advance(7000);
   for (let i = 0; i < 10; ++i) await Promise.resolve();
   assert.equal(server.connection.state, 'lost');

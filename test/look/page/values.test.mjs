@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 
-import {findEnd, nanosecondsOf, rulesApart, timeOf} from '../../../components/look/page/replay.js';
+import {findEdge, nanosecondsOf, rulesApart, timeOf} from '../../../components/look/page/replay.js';
 import {messageOf, parametersOf, parseValue, textOf, valueOf} from '../../../components/look/page/values.js';
 
 test('what is shown can be read back', () => {
@@ -23,16 +23,20 @@ test('parameters of a service have the types of their values', () => {
   assert.deepEqual(parametersOf({a: true, b: 1n, c: 1, d: 'x', e: ['y']}).map(({value}) => value.type), [1, 2, 3, 4, 9]);
 });
 
-test('the end of a recording is found to 50 ms', async () => {
+test('both ends of a recording are found to 50 ms', async () => {
   for (const length of [0n, 10_000_000n, 12_781_000_000n, 86_400_000_000_000n]) {
     const start = 1_795_878_885_888_000_000n;
     let calls = 0;
-    const end = await findEnd(start, async (time) => {
+    const seek = async (time) => {
       ++calls;
       return time >= start && time <= start + length;
-    });
+    };
+    const inside = start + length / 3n;
+    const end = await findEdge(inside, 1n, seek);
+    const begin = await findEdge(inside, -1n, seek);
     assert.ok(end <= start + length && start + length - end <= 50_000_000n, `${length}: ${end - start}`);
-    assert.ok(calls < 80);
+    assert.ok(begin >= start && begin - start <= 50_000_000n, `${length}: ${begin - start}`);
+    assert.ok(calls < 150);
   }
   assert.equal(nanosecondsOf(timeOf(1_795_878_885_888_123_456n)), 1_795_878_885_888_123_456n);
 });

@@ -8,13 +8,14 @@ const COMPRESSED = 'sensor_msgs/msg/CompressedImage';
 export class CameraPanel extends Panel {
   constructor(robot) {
     super(robot, 'camera', 'Camera');
-    this.image = element('img', {alt: 'The camera image, when it has come'});
+    this.image = element('img', {alt: 'The camera image, when it has come', onload: () => this.describe()});
     this.facts = element('p', {class: 'facts'});
     this.topics = select([], {'aria-label': 'Topic of images', onchange: () => this.choose(this.topics.value)});
     this.tools.append(this.topics);
     this.body.append(this.image, this.facts);
     this.topic = '';
     this.frames = 0;
+    this.width = 0;
     this.times = [];
   }
 
@@ -64,10 +65,15 @@ export class CameraPanel extends Panel {
     ++this.frames;
     const now = performance.now();
     this.times = [...this.times.filter((time) => time > now - 2000), now];
-    const rate = this.times.length > 1 ? (this.times.length - 1) / (now - this.times[0]) * 1000 : 0;
-    const {naturalWidth, naturalHeight} = this.image;
-    setText(this.facts, `${naturalWidth ? `${naturalWidth} x ${naturalHeight}, ` : ''}${rate.toFixed(1)} images/s, ${(size / 1024).toFixed(0)} KB each`);
+    this.bytes = size;
   }
 
-  report() { return {...super.report(), frames: this.frames, width: this.image.naturalWidth}; }
+  describe() {
+    const {times} = this;
+    const rate = times.length > 1 ? (times.length - 1) / (times.at(-1) - times[0]) * 1000 : 0;
+    this.width = this.image.naturalWidth;
+    setText(this.facts, `${this.width} x ${this.image.naturalHeight}, ${rate.toFixed(1)} images/s, ${(this.bytes / 1024).toFixed(0)} KB each`);
+  }
+
+  report() { return {...super.report(), frames: this.frames, width: this.width}; }
 }

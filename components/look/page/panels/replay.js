@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import {button, element, labelled, select, setText} from '../dom.js';
 import {Panel} from '../panel.js';
-import {PLAYERS_OWN, findEnd, nanosecondsOf, rulesApart, timeOf} from '../replay.js';
+import {PLAYERS_OWN, findEdge, nanosecondsOf, rulesApart, timeOf} from '../replay.js';
 import {parametersOf} from '../values.js';
 
 const PLUGIN = 'nacelle::record::PlayComponent';
@@ -72,7 +72,7 @@ export class ReplayPanel extends Panel {
     this.connection.rejoin();  // the clock has the player's name
   }
 
-  /** The first time that is played is the beginning; a player that was opened elsewhere is not changed. */
+  /** A time that is played leads to the beginning and the end. Without the right to operate, what was seen is all that is known. */
   noteTime(now) {
     this.now = now;
     if (this.begin === null) {
@@ -89,9 +89,11 @@ export class ReplayPanel extends Panel {
     const seek = async (ns) => (await this.connection.call(`${node}/seek`, {time: timeOf(ns)})).success;
     try {
       await this.connection.call(`${node}/pause`);
-      const end = await findEnd(this.begin, seek);
-      await seek(this.begin);
+      const end = await findEdge(this.begin, 1n, seek);
+      const begin = await findEdge(this.begin, -1n, seek);
+      await seek(begin);
       if (this.node !== node) return;
+      this.begin = begin;
       this.end = end;
       this.now = this.begin;
       this.slider.max = String(Number(end - this.begin) * 1e-9);
