@@ -51,7 +51,8 @@ void look_at(ByteView bytes) {
     require(call->encoding.size() + call->data.size() + 13 == bytes.size());
     static_cast<void>(service_call_failure(call->service, call->call, call->encoding));
   }
-  if (const auto* const publication = std::get_if<Publication>(&*message)) require(publication->data.size() + 5 == bytes.size());
+  if (const auto* const publication = std::get_if<Publication>(&*message))
+    require(publication->data.size() + 5 == bytes.size());
 }
 
 }  // namespace

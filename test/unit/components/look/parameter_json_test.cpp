@@ -31,8 +31,13 @@ TEST(ParameterJson, values_of_every_type_come_back_as_they_were) {
 
 // RFC 4648, section 10
 TEST(ParameterJson, bytes_are_base64) {
-  for (const auto& [bytes, text] : std::initializer_list<std::pair<std::string, std::string>>{
-           {"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foob", "Zm9vYg=="}, {"fooba", "Zm9vYmE="}, {"foobar", "Zm9vYmFy"}}) {
+  for (const auto& [bytes, text] : std::initializer_list<std::pair<std::string, std::string>>{{"", ""},
+                                                                                              {"f", "Zg=="},
+                                                                                              {"fo", "Zm8="},
+                                                                                              {"foo", "Zm9v"},
+                                                                                              {"foob", "Zm9vYg=="},
+                                                                                              {"fooba", "Zm9vYmE="},
+                                                                                              {"foobar", "Zm9vYmFy"}}) {
     const auto read = from_json(text, "byte_array");
     ASSERT_TRUE(read) << text;
     EXPECT_EQ(std::string(read->byte_array_value.begin(), read->byte_array_value.end()), bytes);
@@ -44,7 +49,8 @@ TEST(ParameterJson, bytes_are_base64) {
 }
 
 TEST(ParameterJson, other_json_is_no_value) {
-  for (const json& value : {json::object(), json({1, "a"}), json({json::array()}), json({true, 1})}) EXPECT_FALSE(from_json(value, "")) << value;
+  for (const json& value : {json::object(), json({1, "a"}), json({json::array()}), json({true, 1})})
+    EXPECT_FALSE(from_json(value, "")) << value;
   EXPECT_FALSE(from_json({"a"}, "float64_array"));
 }
 

@@ -73,13 +73,19 @@ TEST(PictureMaker, a_large_picture_is_the_mean_of_its_pixels) {
   const Pixels pixels = decoded(*made);
   EXPECT_EQ(pixels.width, 640U);
   EXPECT_EQ(pixels.height, 360U);
-  for (const std::size_t at : {std::size_t{0}, pixels.bytes.size() / 2, pixels.bytes.size() - 1}) EXPECT_NEAR(pixels.bytes[at], 128, 2);
+  for (const std::size_t at : {std::size_t{0}, pixels.bytes.size() / 2, pixels.bytes.size() - 1})
+    EXPECT_NEAR(pixels.bytes[at], 128, 2);
 }
 
 TEST(PictureMaker, other_encodings_are_shown_in_grey) {
   PictureMaker maker;
-  for (const auto& [encoding, pixel] : std::initializer_list<std::pair<std::string, std::vector<std::uint8_t>>>{
-           {"mono8", {90}}, {"yuv422_yuy2", {90, 128}}, {"yuyv", {90, 1}}, {"yuv422", {128, 90}}, {"uyvy", {255, 90}}, {"bayer_rggb8", {90}}}) {
+  for (const auto& [encoding, pixel] :
+       std::initializer_list<std::pair<std::string, std::vector<std::uint8_t>>>{{"mono8", {90}},
+                                                                                {"yuv422_yuy2", {90, 128}},
+                                                                                {"yuyv", {90, 1}},
+                                                                                {"yuv422", {128, 90}},
+                                                                                {"uyvy", {255, 90}},
+                                                                                {"bayer_rggb8", {90}}}) {
     const auto made = maker.make(image(encoding, 32, 16, pixel));
     ASSERT_TRUE(made) << encoding << ": " << made.error();
     const Pixels pixels = decoded(*made);
