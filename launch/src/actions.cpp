@@ -93,6 +93,7 @@ void Builder::run_action(const Element& action, Scope& scope) {
   if (name == "node_container") return container(action, scope);
   if (name == "load_composable_node") return load_composable(action, scope);
   if (name == "network") return network(action, scope);
+  if (name == "look") return look(action, scope);
   if (name == "push_ros_namespace" || name == "push-ros-namespace") {
     scope.namespace_ = node_namespace(action, scope);
   } else if (name == "let") {

@@ -97,6 +97,7 @@ class Builder {
 
   // network.cpp
   void network(const Element& element, Scope& scope);
+  void look(const Element& element, Scope& scope);
   void read_export(const Element& element, Scope& scope);
   void read_security(const Element& element, Scope& scope);
   void add_export(ExportPlan made, const Scope& scope);

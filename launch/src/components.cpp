@@ -66,6 +66,31 @@ void Builder::component(const Element& element, Scope& scope) {
   plan_.components.push_back(std::move(made));
 }
 
+/// `look: {port: 8080}` is short for a component of the class that `nacelle look` loads.
+void Builder::look(const Element& element, Scope& scope) {
+  constexpr std::uint64_t kMostPort = 65535;
+  ComponentPlan made;
+  made.where = at(element.line);
+  made.package = "nacelle_look";
+  made.plugin = "nacelle::look::LookComponent";
+  made.name = text(element, "name", scope).value_or("");
+  if (made.name.empty()) made.name = "look";
+  if (auto ok = validate_node_name(made.name); !ok) report(at(element.find("name")->line), ok.error());
+  made.namespace_ = scope.namespace_;
+  made.remaps = scope.remaps;
+  made.remap_lines = scope.remap_lines;
+  made.shared_remaps = made.remaps.size();
+  made.required = false;  // a port that is in use keeps no robot from driving
+  std::vector<ParameterSource> sources = scope.parameters;
+  if (const auto port = count(element, "port", kMostPort, scope)) {
+    sources.push_back({{"port", static_cast<std::int64_t>(*port), at(element.find("port")->line)}, nullptr, "", false});
+  }
+  if (const auto address = text(element, "address", scope))
+    sources.push_back({{"address", *address, at(element.find("address")->line)}, nullptr, "", false});
+  made.parameters = resolve(sources, made.full_name());
+  plan_.components.push_back(std::move(made));
+}
+
 void Builder::read_qos(const Element& element, Scope& scope, ComponentPlan& into) {
   const auto topic = text(element, "topic", scope);
   if (!topic) return;

@@ -42,12 +42,12 @@ Rule make_rule(const std::string& attributes, const std::string& children) {
 
 const char* const kActions =
     "node_container load_composable_node node executable arg let include group push_ros_namespace set_env unset_env "
-    "log set_parameter set_parameters_from_file set_remap set_use_sim_time network";
+    "log look set_parameter set_parameters_from_file set_remap set_use_sim_time network";
 const char* const kProcess =
     " if unless name cwd output shell launch-prefix emulate_tty respawn respawn_delay respawn_max_retries "
     "sigterm_timeout sigkill_timeout required";
 
-// ROS 2's launch and launch_ros (jazzy), extended by network, namespace and by qos, after, thread, required, isolate,
+// ROS 2's launch and launch_ros (jazzy), extended by network, look, namespace and by qos, after, thread, required, isolate,
 // budget, on_fault, resume and autostart.
 // "include/arg" is the rule of an arg inside an include; without such an entry the rule of "arg" holds.
 const std::map<std::string, Rule>& rules() {
@@ -88,6 +88,7 @@ const std::map<std::string, Rule>& rules() {
     r["restart"] = make_rule("max backoff", "");
     r["network"] =
         make_rule("mode domain_id interfaces* peers* export* allow_load remote_control if unless", "export security");
+    r["look"] = make_rule("port address name if unless", "");
     r["security"] = make_rule("keystore enclave strategy", "");
     r["export"] = make_rule("topic! max_hz max_bytes compressed_only", "");
     r["namespace"] = make_rule("name! tf if unless", "");

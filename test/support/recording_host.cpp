@@ -110,6 +110,9 @@ class RecordingHost final : public NodeHost {
   std::unique_ptr<GraphWatchHandle> watch_graph(GraphListener&) override {
     return std::make_unique<GraphWatchHandle>();
   }
+  std::unique_ptr<ServiceWatchHandle> watch_services(ServiceListener&) override {
+    return std::make_unique<ServiceWatchHandle>();
+  }
   /// Runs at once: there is no executor to leave it to.
   std::unique_ptr<StatusEventHandle> create_status_event(PlainCallback callback,
                                                          const CallbackGroup::SharedPtr&) override {

@@ -180,6 +180,7 @@ class JumpingSimTime(Listening):
     - {pkg: nacelle_range, plugin: nacelle::range::HcSr04Component, name: range, param: [{name: gpio_chip, value: /dev/no_chip}, {name: frame_id, value: base_link}]}
     - {pkg: nacelle_battery, plugin: nacelle::battery::Ina219Component, name: battery, param: [{name: port, value: /dev/no_i2c}]}
     - {pkg: nacelle_image_proc, plugin: nacelle::image_proc::DebayerComponent, name: debayer, remap: [{from: image_raw, to: camera/image_raw}]}
+    - {pkg: nacelle_look, plugin: nacelle::look::LookComponent, name: look, param: [{name: port, value: 0}]}
     - {pkg: nacelle_record, plugin: nacelle::record::RecordComponent, name: recorder, param: [{name: record.all_topics, value: true}, {name: storage.uri, value: FOLDER/bag}]}
     - {pkg: nacelle_record, plugin: nacelle::record::PlayComponent, name: player, param: [{name: play.loop, value: true}, {name: storage.uri, value: TALKER}]}
     - pkg: nacelle_image_proc

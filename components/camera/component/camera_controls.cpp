@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "camera/component/camera_component.hpp"
+#include "camera/port/camera_fault.hpp"
 
 namespace nacelle::camera {
 namespace {

@@ -17,18 +17,9 @@ constexpr std::size_t kLeastDepth = 16;  // several breathers of a stream of 1 k
 constexpr int kMostAtOnce = 256;
 constexpr int kNice = 5;
 
-/// A reader that fits all of these publishers.
+/// Of messages in a device's memory as few as possible are kept from it.
 QoS fitting(const std::vector<QoS>& offered, bool holds_buffers) {
-  const auto all = [&](auto holds) { return std::all_of(offered.begin(), offered.end(), holds); };
-  std::size_t depth = 0;
-  for (const QoS& one : offered) depth += one.resolved().queue_capacity();
-  // Of messages in a device's memory as few as possible are kept from it.
-  QoS qos{holds_buffers ? 1 : std::clamp<std::size_t>(depth, kLeastDepth, 4 * kLeastDepth)};
-  qos.best_effort();
-  if (all([](const QoS& one) { return one.resolved().reliability() == Reliability::Reliable; })) qos.reliable();
-  if (all([](const QoS& one) { return one.resolved().durability() == Durability::TransientLocal; }))
-    qos.transient_local();
-  return qos;
+  return holds_buffers ? reader_qos(offered, 1, 1) : reader_qos(offered, kLeastDepth, 4 * kLeastDepth);
 }
 
 std::uint64_t nanoseconds(WallTime time) {

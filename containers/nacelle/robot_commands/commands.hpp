@@ -16,6 +16,7 @@ void add_export_command(Command& root);
 void add_drive_command(Command& root);
 void add_component_commands(Command& root);
 void add_estop_command(Command& root);
+void add_look_command(Command& root);
 void add_teleop_command(Command& root);
 void add_sim_commands(Command& root);
 /// Adds `install`, `status`, `logs` and `remove` to the command `service`.

@@ -22,6 +22,21 @@ class GraphPort final : public GraphWatchHandle {
   const std::uint32_t link_;
 };
 
+/// A component's place among those whom the directory tells of its services.
+class ServiceWatchPort final : public ServiceWatchHandle {
+ public:
+  ServiceWatchPort(ServiceGraph& graph, ServiceListener& listener) : graph_(graph), listener_(listener) {
+    graph_.join(listener_);
+  }
+  ~ServiceWatchPort() override { graph_.leave(listener_); }
+  ServiceWatchPort(const ServiceWatchPort&) = delete;
+  ServiceWatchPort& operator=(const ServiceWatchPort&) = delete;
+
+ private:
+  ServiceGraph& graph_;
+  ServiceListener& listener_;
+};
+
 /// The interface of a container to one Node. The runtime half may outlive the node, as long as the container needs it.
 class Host : public NodeHost {
  public:
@@ -42,6 +57,9 @@ class Host : public NodeHost {
   }
   std::unique_ptr<GraphWatchHandle> watch_graph(GraphListener& listener) override {
     return std::make_unique<GraphPort>(node_->commons().broker, listener);
+  }
+  std::unique_ptr<ServiceWatchHandle> watch_services(ServiceListener& listener) override {
+    return std::make_unique<ServiceWatchPort>(node_->commons().services, listener);
   }
   std::unique_ptr<StatusEventHandle> create_status_event(PlainCallback callback,
                                                          const NodeRuntime::GroupPointer& group) override {

@@ -39,6 +39,22 @@ TEST(RobotLaunch, holds_the_robots_nodes) {
                                              "/monitor", "/monitor_2", "/odometry", "/transforms"}));
 }
 
+Result<Plan, std::vector<Problem>> load(const std::string& text) {
+  return load_plan("a.launch.yaml", {}, in_memory({{"a.launch.yaml", text}}));
+}
+
+TEST(LookLaunch, is_a_component_that_need_not_start) {
+  const auto plan = load("launch:\n- look: {port: 8081, address: 0.0.0.0}\n- node_container: {name: robot}\n");
+  ASSERT_TRUE(plan) << problems_of(plan);
+  ASSERT_NE(plan->find("/look"), nullptr);
+  EXPECT_EQ(plan->find("/look")->plugin, "nacelle::look::LookComponent");
+  EXPECT_FALSE(plan->find("/look")->required);
+  EXPECT_EQ(value_of(*plan, "/look", "port"), ParameterValue(std::int64_t{8081}));
+  EXPECT_EQ(value_of(*plan, "/look", "address"), ParameterValue(std::string("0.0.0.0")));
+  EXPECT_FALSE(load("launch:\n- look: {port: 65536}\n"));
+  EXPECT_FALSE(load("launch:\n- look: {name: 'a b'}\n"));
+}
+
 TEST(RobotLaunch, comes_without_the_detector) {
   const Plan plan = robot({{"detector", "false"}});
   EXPECT_EQ(plan.components.size(), 9U);

@@ -49,6 +49,15 @@ TEST(ArrivalFilter, follows_a_device_whose_clock_runs_off) {
   }
 }
 
+TEST(ArrivalFilter, keeps_the_pace_over_a_first_window_of_exactly_its_length) {
+  ArrivalFilter filter{ArrivalFilter::Steps::Nominal};
+  MonotonicTime device{1s};
+  for (int i = 0; i < 120; ++i) {
+    ASSERT_EQ(filter.settle(device, 0ms, 10ms), device) << "sample " << i;
+    device += 10ms;
+  }
+}
+
 TEST(ArrivalFilter, is_settled_when_a_rate_that_only_a_data_sheet_gives_is_measured) {
   for (const double error : {-0.03, -1e-4, 1e-4, 0.03}) {
     const unsigned seed = 13;

@@ -119,7 +119,8 @@ class ArrivalFilter {
       }
       last_error_ = error;
     }
-    if (least_late_ > kLasting) last_ += least_late_;
+    // A window that ends at its half has seen none.
+    if (least_late_ != Duration::max() && least_late_ > kLasting) last_ += least_late_;
     before_ = least_;
     least_ = least_late_ = Duration::max();
     window_ = Duration{};

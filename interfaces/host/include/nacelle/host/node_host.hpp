@@ -19,6 +19,7 @@ namespace nacelle {
 
 class GraphListener;
 class ParameterStore;
+class ServiceListener;
 
 /// Runs a subscription's callback for one message. For Taking::Own it takes over the block's reference; for Taking::Share it
 /// looks (or adds a reference of its own). Lives in the component; called on its executor only.
@@ -62,6 +63,11 @@ class SubscriptionHandle {
 class GraphWatchHandle {
  public:
   virtual ~GraphWatchHandle() = default;
+};
+/// The host calls a ServiceListener until this is destroyed.
+class ServiceWatchHandle {
+ public:
+  virtual ~ServiceWatchHandle() = default;
 };
 /// Runs a callback after an endpoint's status has changed; several changes may share one run.
 class StatusEventHandle {
@@ -132,6 +138,8 @@ class NodeHost {
   /// Tells the listener of all endpoints of the container, and of each change. Those of other processes are among them as far as
   /// somebody here reads or writes their topic. The listener outlives the handle. Threads: any.
   [[nodiscard]] virtual std::unique_ptr<GraphWatchHandle> watch_graph(GraphListener& listener) = 0;
+  /// Tells the listener of all servers and clients of the container, and of each change. The listener outlives the handle. Threads: any.
+  [[nodiscard]] virtual std::unique_ptr<ServiceWatchHandle> watch_services(ServiceListener& listener) = 0;
   /// To be made before the endpoint that tells its listener, and to outlive it. Runs also behind a closed lifecycle gate.
   [[nodiscard]] virtual std::unique_ptr<StatusEventHandle> create_status_event(
       PlainCallback callback, const CallbackGroup::SharedPtr& group) = 0;

@@ -9,7 +9,7 @@
 
 // Grows when Node, LifecycleNode, NodeHost, Block or this header change in a way that old plugins cannot take. Macros, so that a
 // library has the number as text.
-#define NACELLE_COMPONENT_ABI 8
+#define NACELLE_COMPONENT_ABI 9
 #define NACELLE_COMPONENT_ABI_MARK "@(#)nacelle component ABI "
 
 namespace nacelle {

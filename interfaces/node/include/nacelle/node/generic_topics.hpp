@@ -1,14 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "nacelle/host/graph.hpp"
 #include "nacelle/host/node_host.hpp"
 
 namespace nacelle {
+
+/// Returns a QoS for a reader that fits all of these publishers: best_effort if one of them is, with history if all of them keep one. As deep
+/// as their queues together, within these bounds.
+[[nodiscard]] inline QoS reader_qos(const std::vector<QoS>& offered, std::size_t least_depth, std::size_t most_depth) {
+  const auto all = [&](auto holds) { return std::all_of(offered.begin(), offered.end(), holds); };
+  std::size_t depth = 0;
+  for (const QoS& one : offered) depth += one.resolved().queue_capacity();
+  QoS qos{std::clamp(depth, least_depth, most_depth)};
+  qos.best_effort();
+  if (all([](const QoS& one) { return one.resolved().reliability() == Reliability::Reliable; })) qos.reliable();
+  if (all([](const QoS& one) { return one.resolved().durability() == Durability::TransientLocal; }))
+    qos.transient_local();
+  return qos;
+}
 
 /// Readers and writers of topics whose names and types are known at run time only, as a recorder and a player need them:
 /// `GenericTopics topics{host(), get_fully_qualified_name()}`.
