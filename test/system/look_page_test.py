@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of `nacelle look` in Chromium without a window: every panel shows the simulated robot, and the joystick drives it and lets it stop."""
 import json
+import math
 import os
 import pathlib
-import re
 import signal
 import time
 import unittest
 
-import browser
-from browser import Browser
-from robot import SLOW, RunningRobotTest, interrupt, wait_for
+from browser import CHROMIUM, Browser
+from robot import SLOW, RunningRobotTest, wait_for
 
-LINK = re.compile(r"http://127\.0\.0\.1:\d+/#token=\S+")
 PICTURES = pathlib.Path(os.environ.get("NACELLE_PICTURES", "."))
 WIDE, PHONE = (1280, 800), (390, 844)
 TIMEOUT_S = 0.5  # of the base's input (launch/config/robot.yaml)
@@ -26,36 +24,26 @@ def middle(page, selector):
                     " return [box.left + box.width / 2, box.top + box.height / 2, box.width / 2]; })()")  # fmt: skip
 
 
-@unittest.skipIf(browser.CHROMIUM is None, "Debian's chromium is not installed")
+@unittest.skipIf(CHROMIUM is None, "Debian's chromium is not installed")
 class Page(RunningRobotTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.look = cls.start_program("look", "--port", "0")
-        cls.words = ""
-        wait_for("the link", cls.link)
+        PICTURES.mkdir(exist_ok=True)
+        try:
+            done = cls.run_program("look", "--port", "0", "--json")
+            assert done.returncode == 0, done.stderr
+            cls.links = json.loads(done.stdout)
+        except BaseException:
+            cls.tearDownClass()
+            raise
 
-    @classmethod
-    def tearDownClass(cls):
-        interrupt(cls.look)
-        cls.look.stdout.close()
-        super().tearDownClass()
-
-    @classmethod
-    def link(cls):
-        if cls.look.poll() is not None:
-            raise AssertionError("nacelle look ended: " + cls.words + cls.look.stdout.read())
-        if not LINK.search(cls.words):
-            cls.words += cls.look.stdout.readline()
-        found = LINK.search(cls.words)
-        return found and found[0]
-
-    def open_page(self, size=WIDE, is_phone=False):
+    def open_page(self, size=WIDE, is_phone=False, right="operate"):
         page = Browser(*size, is_phone)
         self.addCleanup(page.close)
         page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
-        page.open(self.link())
-        wait_for("the connection", lambda: page.run("window.nacelle?.robot.mayOperate ?? false"))
+        page.open(self.links[right])
+        wait_for("the connection", lambda: page.run("window.nacelle?.robot.right ?? ''") == right)
         return page
 
     def report(self, page, panel):
@@ -123,7 +111,7 @@ class Page(RunningRobotTest):
         self.expect_stand(released, TIMEOUT_S + CYCLE_S + RUNNING_S)
         self.assertFalse(self.report(page, "drive")["held"])
         after = self.report(page, "world")["position"]
-        self.assertGreater(((after[0] - before[0]) ** 2 + (after[1] - before[1]) ** 2) ** 0.5, 0.01)
+        self.assertGreater(math.dist(before, after), 0.01)
 
     def test_the_robot_stops_when_the_page_is_closed(self):
         page = self.open_page()
@@ -145,6 +133,34 @@ class Page(RunningRobotTest):
         self.assertEqual(page.run("document.querySelector('#stop').textContent"), "STOPPED")
         page.run("document.querySelector('#release').click()")
         wait_for("the release", lambda: page.run("window.nacelle.robot.stops") == [])
+
+    def test_a_link_to_look_changes_nothing_but_the_stop(self):
+        page = self.open_page(right="view")
+        wait_for("live data", lambda: self.report(page, "drive")["live"] and self.report(page, "components")["live"])
+        x, y, radius = middle(page, ".stick")
+        page.pointer("press", x, y)
+        page.pointer("move", x, y - 0.9 * radius)
+        self.assertFalse(self.report(page, "drive")["held"])
+        page.pointer("release", x, y)
+        self.assertIn("may only look", page.run("document.querySelector('#panel-drive .note').textContent"))
+        self.assertEqual(page.run("[...document.querySelectorAll('.panel-components button')].filter((one) => !one.disabled).length"), 0)
+        try:
+            page.run("document.querySelector('#stop').click()")
+            wait_for("the stop", lambda: page.run("window.nacelle.robot.stops") == ["/emergency_stop"])
+            self.assertTrue(page.run("document.querySelector('#release').disabled"))
+        finally:
+            self.expect_exit(self.run_program("estop", "release"), 0)
+        self.assertEqual(page.complaints, [])
+
+    def test_a_lost_connection_is_said_and_opened_again(self):
+        page = self.open_page()
+        state = "document.querySelector('#state').textContent"
+        page.call("Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=-1, uploadThroughput=-1)
+        page.run("window.nacelle.robot.connection.giveUp()")  # the browser keeps open sockets open
+        wait_for("it is said", lambda: "NOT CONNECTED" in page.run(state))
+        page.call("Network.emulateNetworkConditions", offline=False, latency=0, downloadThroughput=-1, uploadThroughput=-1)
+        wait_for("it is open again", lambda: page.run(state) == "connected")
+        wait_for("live data", lambda: self.report(page, "world")["live"])
 
     def test_a_parameter_is_set(self):
         page = self.open_page()
@@ -185,12 +201,15 @@ class Page(RunningRobotTest):
         for name, size, is_phone in (("look", WIDE, False), ("look_phone", PHONE, True)):
             with self.subTest(name=name):
                 page = self.open_page(size, is_phone)
-                wait_for("live data", lambda: self.report(page, "world")["live"] and self.report(page, "drive")["live"])  # noqa: B023
-                if not is_phone:
+                wait_for("live data", lambda: self.report(page, "world")["live"])  # noqa: B023
+                if is_phone:
+                    page.run("[...document.querySelectorAll('.panel-world button')].find((one) => one.textContent === '3D').click()")
+                else:
                     wait_for("an image", lambda: self.report(page, "camera")["width"] > 0)  # noqa: B023
+                begin = self.report(page, "world")["position"]
                 x, y = self.drive(page)
-                page.pointer("move", x + 25, y - 45)
-                wait_for("a path", lambda: self.report(page, "world")["position"] and self.report(page, "drive")["speed"] > 0.1)  # noqa: B023
+                page.pointer("move", x + 0.4 * middle(page, ".stick")[2], y - 0.8 * middle(page, ".stick")[2])
+                wait_for("a path", lambda: math.dist(begin, self.report(page, "world")["position"]) > 0.4)  # noqa: B023
                 data = page.picture(PICTURES / f"{name}.png")
                 page.pointer("release", x, y)
                 self.assertGreater(len(data), 20000)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the two views draw: frames, scans, paths and the robot's shapes.
 import {apply, hull, poseOf} from './geometry.js';
-import {TransformTree} from './tf.js';
+import {TransformTree, secondsOf} from './tf.js';
 import {facesOf, readStl, readUrdf} from './urdf.js';
 
 const PATH_POINTS = 3000;
@@ -20,7 +20,7 @@ export class Scene {
   constructor(connection) {
     this.connection = connection;
     this.tf = new TransformTree();
-    this.scans = new Map();   // topic -> {frame, points}
+    this.scans = new Map();   // topic -> {frame, points, time}
     this.paths = new Map();   // topic -> {frame, points, pose, covariance, colour}
     this.links = [];
     this.footprint = null;    // {frame, points}
@@ -79,7 +79,8 @@ export class Scene {
       const angle = scan.angle_min + i * scan.angle_increment;
       points.push([range * Math.cos(angle), range * Math.sin(angle), 0]);
     }
-    this.scans.set(topic, {frame: scan.header.frame_id, points});
+    const time = secondsOf(scan.header.stamp) + scan.ranges.length / 2 * scan.time_increment;  // the middle of its turn
+    this.scans.set(topic, {frame: scan.header.frame_id, points, time});
     this.changed('scan');
   }
 
@@ -142,8 +143,8 @@ export class Scene {
   /** The frame that everything is drawn in. */
   get fixed() { return this.tf.fixedFrame() || [...this.paths.values()][0]?.frame || ''; }
 
-  /** The pose of a frame in the fixed one; null: unknown. */
-  poseOf(frame, fixed = this.fixed) { return this.tf.lookup(fixed, frame); }
+  /** The pose of a frame in the fixed one, at a time in s or the newest; null: unknown. */
+  poseOf(frame, fixed = this.fixed, time = undefined) { return this.tf.lookup(fixed, frame, time); }
 
   /** The frame that carries the robot: what the odometry moves, else the first link. */
   get base() { return [...this.paths.values()][0]?.child || this.links[0]?.name || ''; }

@@ -25,8 +25,8 @@ export class View2d {
       points.forEach((point, i) => context[i ? 'lineTo' : 'moveTo'](...toScreen(point)));
     };
     this.grid(context, width, height, colour, toScreen);
-    for (const {frame, points} of scene.scans.values()) {
-      const pose = scene.poseOf(frame, fixed);
+    for (const {frame, points, time} of scene.scans.values()) {
+      const pose = scene.poseOf(frame, fixed, time);
       if (!pose) continue;
       context.fillStyle = colour('--scan');
       for (const point of points) {

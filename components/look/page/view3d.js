@@ -74,8 +74,8 @@ export class View3d {
   }
 
   points(items, scene, fixed, camera, style) {
-    for (const {frame, points} of scene.scans.values()) {
-      const pose = scene.poseOf(frame, fixed);
+    for (const {frame, points, time} of scene.scans.values()) {
+      const pose = scene.poseOf(frame, fixed, time);
       if (!pose) continue;
       for (const point of points) {
         const at = camera(apply(pose, point));

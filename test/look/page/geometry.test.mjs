@@ -43,7 +43,7 @@ test('the hull leaves out what is inside', () => {
   assert.deepEqual(hull([[0, 0], [1, 1], [2, 0], [2, 2], [0, 2], [1, 0]]), [[0, 0], [2, 0], [2, 2], [0, 2]]);
 });
 
-const transform = (parent, child, x) => ({header: {frame_id: parent}, child_frame_id: child,
+const transform = (parent, child, x, sec = 0) => ({header: {frame_id: parent, stamp: {sec, nanosec: 0}}, child_frame_id: child,
   transform: {translation: {x, y: 0, z: 0}, rotation: {x: 0, y: 0, z: 0, w: 1}}});
 
 test('frames are looked up across the tree, and loops are none', () => {
@@ -54,6 +54,17 @@ test('frames are looked up across the tree, and loops are none', () => {
   assert.equal(tree.lookup('odom', 'nowhere'), null);
   assert.equal(tree.lookup('a', 'b'), null);
   assert.deepEqual(tree.names(), ['a', 'b', 'base', 'camera', 'lidar', 'odom']);
+});
+
+test('a frame that moves is looked up at its time', () => {
+  const tree = new TransformTree();
+  for (let sec = 1; sec <= 300; ++sec) tree.add({transforms: [transform('odom', 'base', sec, sec)]});
+  tree.add({transforms: [transform('base', 'lidar', 0.5)]});
+  near(tree.lookup('odom', 'lidar').p, [300.5, 0, 0]);
+  near(tree.lookup('odom', 'lidar', 250.2).p, [250.5, 0, 0]);
+  near(tree.lookup('odom', 'lidar', 2).p, [201.5, 0, 0], 'what is too old is the oldest');
+  tree.add({transforms: [transform('odom', 'base', 7, 1)]});
+  near(tree.lookup('odom', 'lidar', 250).p, [7.5, 0, 0], 'time went back');
 });
 
 test('shapes have faces', () => {
