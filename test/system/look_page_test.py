@@ -191,7 +191,8 @@ class Page(RunningRobotTest):
         self.assertAlmostEqual(length, (found["end_ns"] - found["start_ns"]) * 1e-9, delta=0.3)
         self.assertTrue(self.report(page, "replay")["paused"])
         self.assertIn("/replay/odom", self.streams())
-        page.run("(() => { const slider = document.querySelector('.player input[type=range]'); slider.value = 2; slider.dispatchEvent(new Event('input')); })()")
+        page.run("(() => { const slider = document.querySelector('.player input[type=range]'); slider.value = 2;"
+                 " slider.dispatchEvent(new Event('input')); })()")  # fmt: skip
         page.run("document.querySelector('.player button').click()")
         wait_for("it plays from there", lambda: 2.1 < self.report(page, "replay")["position"])
         page.run("document.querySelector('.player').lastElementChild.click()")

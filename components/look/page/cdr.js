@@ -4,12 +4,28 @@
 
 const SIZE = {int8: 1, uint8: 1, bool: 1, int16: 2, uint16: 2, int32: 4, uint32: 4, float32: 4, int64: 8, uint64: 8, float64: 8};
 const GET = {
-  int8: 'getInt8', uint8: 'getUint8', int16: 'getInt16', uint16: 'getUint16', int32: 'getInt32', uint32: 'getUint32',
-  int64: 'getBigInt64', uint64: 'getBigUint64', float32: 'getFloat32', float64: 'getFloat64',
+  int8: 'getInt8',
+  uint8: 'getUint8',
+  int16: 'getInt16',
+  uint16: 'getUint16',
+  int32: 'getInt32',
+  uint32: 'getUint32',
+  int64: 'getBigInt64',
+  uint64: 'getBigUint64',
+  float32: 'getFloat32',
+  float64: 'getFloat64',
 };
 const ARRAYS = {
-  int8: Int8Array, uint8: Uint8Array, int16: Int16Array, uint16: Uint16Array, int32: Int32Array, uint32: Uint32Array,
-  int64: BigInt64Array, uint64: BigUint64Array, float32: Float32Array, float64: Float64Array,
+  int8: Int8Array,
+  uint8: Uint8Array,
+  int16: Int16Array,
+  uint16: Uint16Array,
+  int32: Int32Array,
+  uint32: Uint32Array,
+  int64: BigInt64Array,
+  uint64: BigUint64Array,
+  float32: Float32Array,
+  float64: Float64Array,
 };
 const HEADER = 4;
 const LARGEST = 0x10000000;
@@ -46,7 +62,7 @@ class Reader {
   message(name) {
     const {fields} = this.types.get(name);
     const result = {};
-    if (fields.length === 0) ++this.at;  // an empty message is one byte
+    if (fields.length === 0) ++this.at; // an empty message is one byte
     for (const field of fields) result[field.name] = this.field(field);
     return result;
   }
@@ -93,7 +109,7 @@ class Reader {
     const begin = this.at;
     if (begin + size > this.bytes.length) throw new RangeError('a string is longer than the message');
     this.at += size;
-    if (type === 'string') return UTF8.decode(this.bytes.subarray(begin, begin + Math.max(0, length - 1)));  // without its NUL
+    if (type === 'string') return UTF8.decode(this.bytes.subarray(begin, begin + Math.max(0, length - 1))); // without its NUL
     let result = '';
     for (let i = 0; i < length; ++i) result += String.fromCharCode(this.view.getUint16(begin + 2 * i, this.little));
     return result;
@@ -109,7 +125,9 @@ class Writer {
     this.at = HEADER;
   }
 
-  bytes() { return this.buffer.slice(0, this.at); }
+  bytes() {
+    return this.buffer.slice(0, this.at);
+  }
 
   room(size) {
     if (this.at + size <= this.buffer.length) return;

@@ -6,9 +6,11 @@ const VECTOR = 'float64 x\nfloat64 y\nfloat64 z\n';
 const LINE = `${'='.repeat(80)}\n`;
 const TWIST_TEXT = `Vector3 linear\nVector3 angular\n${LINE}MSG: geometry_msgs/Vector3\n${VECTOR}`;
 const TWIST = parseSchema('geometry_msgs/msg/Twist', TWIST_TEXT);
-const STAMPED = parseSchema('geometry_msgs/msg/TwistStamped',
-  `std_msgs/Header header\nTwist twist\n${LINE}MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n`
-  + `${LINE}MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n${LINE}MSG: geometry_msgs/Twist\n${TWIST_TEXT}`);
+const STAMPED = parseSchema(
+  'geometry_msgs/msg/TwistStamped',
+  `std_msgs/Header header\nTwist twist\n${LINE}MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n` +
+    `${LINE}MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n${LINE}MSG: geometry_msgs/Twist\n${TWIST_TEXT}`,
+);
 export const PERIOD_MS = 50;
 // A command that waits in a socket would drive the robot when the network is back, so that commands end when nothing comes from there.
 const SILENCE_MS = 500;
@@ -34,13 +36,19 @@ export class CommandSender {
     this.topic = '';
     this.timer = null;
     this.velocity = {linear: 0, angular: 0};
-    this.isHeard = false;  // something is subscribed that comes often, so that silence means a lost network
+    this.isHeard = false; // something is subscribed that comes often, so that silence means a lost network
     this.onRelease = () => {};
-    this.connection.on('state', (state) => { if (state !== 'open') this.release('The connection was lost: the base stops by its own timeout.'); });
-    robot.on('right', () => { if (!robot.mayOperate) this.release(robot.whyNot); });
+    this.connection.on('state', (state) => {
+      if (state !== 'open') this.release('The connection was lost: the base stops by its own timeout.');
+    });
+    robot.on('right', () => {
+      if (!robot.mayOperate) this.release(robot.whyNot);
+    });
   }
 
-  get isHeld() { return this.timer !== null; }
+  get isHeld() {
+    return this.timer !== null;
+  }
 
   /** Begins to send. Returns false, with the reason through onRelease, if it may not. */
   grip() {
@@ -56,7 +64,9 @@ export class CommandSender {
   }
 
   /** Metres and radians per second. */
-  set(linear, angular) { this.velocity = {linear, angular}; }
+  set(linear, angular) {
+    this.velocity = {linear, angular};
+  }
 
   /** Ends: sends a command of zero, if it can, and nothing more. */
   release(why = '') {
@@ -69,7 +79,8 @@ export class CommandSender {
   }
 
   tick() {
-    if (this.isHeard && this.clock.now() - this.connection.lastReceived > SILENCE_MS) return this.release('Nothing came from the robot for 0.5 s. Let go and grip again.');
+    if (this.isHeard && this.clock.now() - this.connection.lastReceived > SILENCE_MS)
+      return this.release('Nothing came from the robot for 0.5 s. Let go and grip again.');
     if (this.connection.unsentBytes > MOST_UNSENT_BYTES) return this.release('The network is too slow to drive. Let go and grip again.');
     this.send();
   }
@@ -77,7 +88,8 @@ export class CommandSender {
   send() {
     const twist = {linear: {x: this.velocity.linear}, angular: {z: this.velocity.angular}};
     const types = new Set([...this.connection.channels.values()].filter(({topic}) => topic === this.topic).map(({schemaName}) => schemaName));
-    if (types.size === 1 && types.has('geometry_msgs/msg/TwistStamped')) this.connection.publish(this.topic, STAMPED, {twist});  // a stamp of 0: now
+    if (types.size === 1 && types.has('geometry_msgs/msg/TwistStamped'))
+      this.connection.publish(this.topic, STAMPED, {twist}); // a stamp of 0: now
     else this.connection.publish(this.topic, TWIST, twist);
   }
 }

@@ -20,19 +20,19 @@ export class Connection extends Emitter {
     Object.assign(this, {url, openSocket: open, clock});
     this.state = 'connecting';
     this.info = null;
-    this.channels = new Map();    // id -> channel
-    this.services = new Map();    // name -> service
+    this.channels = new Map(); // id -> channel
+    this.services = new Map(); // name -> service
     this.graph = emptyGraph();
     this.lastReceived = -Infinity;
-    this.failures = 0;            // attempts in a row without a serverInfo
-    this.wishes = new Set();      // of subscribe()
+    this.failures = 0; // attempts in a row without a serverInfo
+    this.wishes = new Set(); // of subscribe()
     this.subscriptions = new Set();
-    this.byId = new Map();        // id on the wire -> subscription
+    this.byId = new Map(); // id on the wire -> subscription
     this.calls = new Map();
     this.assets = new Map();
-    this.adverts = new Map();     // client channels by topic and type
+    this.adverts = new Map(); // client channels by topic and type
     this.graphWatchers = 0;
-    this.watchedParameters = new Map();  // name -> count
+    this.watchedParameters = new Map(); // name -> count
     this.nextId = 1;
   }
 
@@ -41,9 +41,13 @@ export class Connection extends Emitter {
     const socket = this.openSocket(this.url, PROTOCOLS);
     socket.binaryType = 'arraybuffer';
     this.socket = socket;
-    socket.onmessage = (event) => { if (socket === this.socket) this.receive(event.data); };
-    socket.onclose = () => { if (socket === this.socket) this.lose(); };
-    socket.onerror = () => {};  // onclose follows
+    socket.onmessage = (event) => {
+      if (socket === this.socket) this.receive(event.data);
+    };
+    socket.onclose = () => {
+      if (socket === this.socket) this.lose();
+    };
+    socket.onerror = () => {}; // onclose follows
   }
 
   /** Opens it anew at once: the user asked for it, or the machine has its network back. */
@@ -93,9 +97,15 @@ export class Connection extends Emitter {
     this.emit('state', state);
   }
 
-  get isOpen() { return this.state === 'open'; }
-  get unsentBytes() { return this.socket ? this.socket.bufferedAmount : 0; }
-  send(message) { if (this.socket && this.socket.readyState === 1) this.socket.send(JSON.stringify(message)); }
+  get isOpen() {
+    return this.state === 'open';
+  }
+  get unsentBytes() {
+    return this.socket ? this.socket.bufferedAmount : 0;
+  }
+  send(message) {
+    if (this.socket && this.socket.readyState === 1) this.socket.send(JSON.stringify(message));
+  }
 
   // --- what arrives ---
 
@@ -205,7 +215,9 @@ export class Connection extends Emitter {
 
   // --- services ---
 
-  hasService(name) { return this.services.has(name); }
+  hasService(name) {
+    return this.services.has(name);
+  }
 
   /** Calls a service; what `request` leaves out has its default. */
   call(name, request = {}, limitMs = CALL_LIMIT_MS) {
@@ -322,7 +334,7 @@ const HANDLERS = {
       const channel = this.channels.get(id);
       this.channels.delete(id);
       for (const one of this.subscriptions) {
-        if (one.channel === channel) one.channel = undefined;  // the server has ended it
+        if (one.channel === channel) one.channel = undefined; // the server has ended it
       }
     }
     this.rejoin();
@@ -338,8 +350,12 @@ const HANDLERS = {
     }
     this.emit('services');
   },
-  serviceCallFailure({callId, message}) { this.take(this.calls, callId)?.reject(new Error(message)); },
-  parameterValues({parameters}) { this.emit('parameters', parameters); },
+  serviceCallFailure({callId, message}) {
+    this.take(this.calls, callId)?.reject(new Error(message));
+  },
+  parameterValues({parameters}) {
+    this.emit('parameters', parameters);
+  },
   connectionGraphUpdate(update) {
     const {graph} = this;
     for (const {name, publisherIds} of update.publishedTopics ?? []) graph.published.set(name, publisherIds);
@@ -352,10 +368,14 @@ const HANDLERS = {
     for (const name of update.removedServices ?? []) graph.services.delete(name);
     this.emit('graph', graph);
   },
-  status(message) { this.emit('status', message); },
+  status(message) {
+    this.emit('status', message);
+  },
 };
 
-function emptyGraph() { return {published: new Map(), subscribed: new Map(), services: new Map()}; }
+function emptyGraph() {
+  return {published: new Map(), subscribed: new Map(), services: new Map()};
+}
 
 function systemClock() {
   return {setTimeout: (...words) => setTimeout(...words), clearTimeout: (id) => clearTimeout(id), now: () => performance.now()};

@@ -13,10 +13,14 @@ export function element(tag, attributes = {}, ...children) {
   return made;
 }
 
-export function button(text, onclick, attributes = {}) { return element('button', {type: 'button', onclick, ...attributes}, text); }
+export function button(text, onclick, attributes = {}) {
+  return element('button', {type: 'button', onclick, ...attributes}, text);
+}
 
 /** An input with its label. */
-export function labelled(text, input, attributes = {}) { return element('label', attributes, element('span', {}, text), input); }
+export function labelled(text, input, attributes = {}) {
+  return element('label', attributes, element('span', {}, text), input);
+}
 
 export function select(options, attributes = {}) {
   return element('select', attributes, ...options.map(([value, text]) => element('option', {value}, text)));
@@ -59,8 +63,13 @@ export class Rows {
 /** A table with a heading for each column; body() is where rows go. */
 export function table(caption, headings) {
   const body = element('tbody');
-  const made = element('table', {}, element('caption', {class: 'unseen'}, caption),
-    element('thead', {}, element('tr', {}, ...headings.map((text) => element('th', {scope: 'col'}, text)))), body);
+  const made = element(
+    'table',
+    {},
+    element('caption', {class: 'unseen'}, caption),
+    element('thead', {}, element('tr', {}, ...headings.map((text) => element('th', {scope: 'col'}, text)))),
+    body,
+  );
   return {table: made, body};
 }
 

@@ -2,7 +2,9 @@
 
 /** Calls listeners by the name of an event. */
 export class Emitter {
-  constructor() { this.listeners = new Map(); }
+  constructor() {
+    this.listeners = new Map();
+  }
 
   /** Returns a function that ends it. */
   on(name, listener) {

@@ -4,13 +4,19 @@
 export const IDENTITY = {p: [0, 0, 0], q: [0, 0, 0, 1]};
 
 export function rotate([x, y, z, w], [a, b, c]) {
-  const tx = 2 * (y * c - z * b), ty = 2 * (z * a - x * c), tz = 2 * (x * b - y * a);
+  const tx = 2 * (y * c - z * b),
+    ty = 2 * (z * a - x * c),
+    tz = 2 * (x * b - y * a);
   return [a + w * tx + y * tz - z * ty, b + w * ty + z * tx - x * tz, c + w * tz + x * ty - y * tx];
 }
 
 export function multiply([ax, ay, az, aw], [bx, by, bz, bw]) {
-  return [aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx, aw * bz + ax * by - ay * bx + az * bw,
-    aw * bw - ax * bx - ay * by - az * bz];
+  return [
+    aw * bx + ax * bw + ay * bz - az * by,
+    aw * by - ax * bz + ay * bw + az * bx,
+    aw * bz + ax * by - ay * bx + az * bw,
+    aw * bw - ax * bx - ay * by - az * bz,
+  ];
 }
 
 export function apply({p, q}, point) {
@@ -18,7 +24,9 @@ export function apply({p, q}, point) {
   return [p[0] + x, p[1] + y, p[2] + z];
 }
 
-export function compose(a, b) { return {p: apply(a, b.p), q: multiply(a.q, b.q)}; }
+export function compose(a, b) {
+  return {p: apply(a, b.p), q: multiply(a.q, b.q)};
+}
 
 export function inverse({p, q}) {
   const back = [-q[0], -q[1], -q[2], q[3]];
@@ -28,11 +36,15 @@ export function inverse({p, q}) {
 /** Returns the rotation of roll, pitch and yaw about fixed axes (URDF's rpy), in rad. */
 export function fromRpy([roll, pitch, yaw]) {
   const half = (angle) => [Math.sin(angle / 2), Math.cos(angle / 2)];
-  const [sr, cr] = half(roll), [sp, cp] = half(pitch), [sy, cy] = half(yaw);
+  const [sr, cr] = half(roll),
+    [sp, cp] = half(pitch),
+    [sy, cy] = half(yaw);
   return multiply([0, 0, sy, cy], multiply([0, sp, 0, cp], [sr, 0, 0, cr]));
 }
 
-export function yawOf([x, y, z, w]) { return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)); }
+export function yawOf([x, y, z, w]) {
+  return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+}
 
 /** Returns the pose of a geometry_msgs Pose or Transform. */
 export function poseOf(message) {

@@ -2,7 +2,7 @@
 import {element} from './dom.js';
 
 const DEAD_ZONE = 0.08;
-const RIM = 64;  // percent of the knob, which brings its edge to that of the stick
+const RIM = 64; // percent of the knob, which brings its edge to that of the stick
 const KEYS = {ArrowUp: [0, 1], ArrowDown: [0, -1], ArrowLeft: [-1, 0], ArrowRight: [1, 0], w: [0, 1], s: [0, -1], a: [-1, 0], d: [1, 0]};
 
 /** Returns [x, y] within the unit circle: 0 in the middle, and 1 at the rim. */
@@ -10,7 +10,7 @@ export function stickOf(x, y) {
   const length = Math.hypot(x, y);
   if (!(length > DEAD_ZONE)) return [0, 0];
   const pushed = (Math.min(1, length) - DEAD_ZONE) / (1 - DEAD_ZONE);
-  return [x / length * pushed, y / length * pushed];
+  return [(x / length) * pushed, (y / length) * pushed];
 }
 
 /** A stick that is held with a finger, the mouse, or keys. Whatever ends the hold ends the grip. */
@@ -21,12 +21,22 @@ export class Joystick {
     this.pointer = null;
     this.keys = new Set();
     this.knob = element('div', {class: 'knob', 'aria-hidden': 'true'});
-    this.root = element('div', {class: 'stick', tabindex: 0, role: 'application',
-      'aria-label': 'Joystick. Hold it to drive; with the keyboard hold the arrow keys. Letting go stops the robot.'}, this.knob);
+    this.root = element(
+      'div',
+      {
+        class: 'stick',
+        tabindex: 0,
+        role: 'application',
+        'aria-label': 'Joystick. Hold it to drive; with the keyboard hold the arrow keys. Letting go stops the robot.',
+      },
+      this.knob,
+    );
     const on = (target, names, listener) => names.split(' ').forEach((name) => target.addEventListener(name, listener));
     on(this.root, 'pointerdown', (event) => this.down(event));
     on(this.root, 'pointermove', (event) => this.move(event));
-    on(this.root, 'pointerup pointercancel lostpointercapture', (event) => { if (event.pointerId === this.pointer) this.letGo(); });
+    on(this.root, 'pointerup pointercancel lostpointercapture', (event) => {
+      if (event.pointerId === this.pointer) this.letGo();
+    });
     on(this.root, 'contextmenu', (event) => event.preventDefault());
     on(this.root, 'keydown', (event) => this.keyDown(event));
     on(this.root, 'keyup', (event) => this.keyUp(event));
@@ -76,7 +86,8 @@ export class Joystick {
   }
 
   fromKeys() {
-    let x = 0, y = 0;
+    let x = 0,
+      y = 0;
     for (const key of this.keys) {
       x += KEYS[key][0];
       y += KEYS[key][1];
@@ -86,7 +97,7 @@ export class Joystick {
 
   set(x, y) {
     const length = Math.max(1, Math.hypot(x, y));
-    this.knob.style.transform = `translate(${RIM * x / length}%, ${-RIM * y / length}%)`;
+    this.knob.style.transform = `translate(${(RIM * x) / length}%, ${(-RIM * y) / length}%)`;
     this.handlers.move(...stickOf(x, y));
   }
 

@@ -18,8 +18,20 @@ import {Robot} from './robot.js';
 import {Tabs} from './tabs.js';
 
 const WORDS_MS = 8000;
-const KINDS = [WorldPanel, CameraPanel, DrivePanel, ComponentsPanel, PlotsPanel, StreamsPanel, LogsPanel, FaultsPanel, GraphPanel, ParametersPanel,
-  RecordPanel, ReplayPanel];
+const KINDS = [
+  WorldPanel,
+  CameraPanel,
+  DrivePanel,
+  ComponentsPanel,
+  PlotsPanel,
+  StreamsPanel,
+  LogsPanel,
+  FaultsPanel,
+  GraphPanel,
+  ParametersPanel,
+  RecordPanel,
+  ReplayPanel,
+];
 const byId = (id) => document.getElementById(id);
 
 /** The token comes behind # in the link, so that no server and no history keeps it. */
@@ -77,9 +89,16 @@ function listenToWords(robot) {
     words.className = isError ? 'bad' : '';
     words.hidden = false;
     clearTimeout(timer);
-    timer = setTimeout(() => { words.hidden = true; }, isError ? 2 * WORDS_MS : WORDS_MS);
+    timer = setTimeout(
+      () => {
+        words.hidden = true;
+      },
+      isError ? 2 * WORDS_MS : WORDS_MS,
+    );
   });
-  words.addEventListener('click', () => { words.hidden = true; });
+  words.addEventListener('click', () => {
+    words.hidden = true;
+  });
 }
 
 function main() {
@@ -105,7 +124,9 @@ function main() {
   window.nacelle = {
     robot,
     tabs,
-    get panels() { return Object.fromEntries(panels.map((panel) => [panel.name, panel.report()])); },
+    get panels() {
+      return Object.fromEntries(panels.map((panel) => [panel.name, panel.report()]));
+    },
   };
   if (token === '') {
     setText(byId('state'), 'This address has no token. Open the link that `nacelle look` prints.');

@@ -14,8 +14,13 @@ export class Panel {
     this.note = element('p', {class: 'note', role: 'status'});
     this.tools = element('div', {class: 'tools'});
     this.body = element('div', {class: 'body'});
-    this.root = element('section', {class: `panel panel-${name}`, id: `panel-${name}`, 'aria-label': title, hidden: true},
-      element('header', {}, element('h2', {}, title), this.tools), this.note, this.body);
+    this.root = element(
+      'section',
+      {class: `panel panel-${name}`, id: `panel-${name}`, 'aria-label': title, hidden: true},
+      element('header', {}, element('h2', {}, title), this.tools),
+      this.note,
+      this.body,
+    );
   }
 
   show() {
@@ -41,18 +46,22 @@ export class Panel {
   }
 
   subscribe(pick, callback) {
-    this.ends.push(this.connection.subscribe(pick, (...words) => {
-      this.touch();
-      callback(...words);
-    }));
+    this.ends.push(
+      this.connection.subscribe(pick, (...words) => {
+        this.touch();
+        callback(...words);
+      }),
+    );
   }
 
   poll(name, request, periodMs, callback) {
-    this.ends.push(this.robot.poll(name, request, periodMs, (answer, problem) => {
-      if (problem) return this.say(problem.message);
-      this.touch();
-      callback(answer);
-    }));
+    this.ends.push(
+      this.robot.poll(name, request, periodMs, (answer, problem) => {
+        if (problem) return this.say(problem.message);
+        this.touch();
+        callback(answer);
+      }),
+    );
   }
 
   every(periodMs, callback) {
@@ -72,13 +81,17 @@ export class Panel {
     this.ends.push(() => cancelAnimationFrame(id));
   }
 
-  on(emitter, name, listener) { this.ends.push(emitter.on(name, listener)); }
+  on(emitter, name, listener) {
+    this.ends.push(emitter.on(name, listener));
+  }
 
   touch() {
     this.lastData = performance.now();
     setText(this.note, '');
   }
-  say(text) { setText(this.note, text); }
+  say(text) {
+    setText(this.note, text);
+  }
 
   /** Disables controls that need the right to operate, and says why. */
   guard(...controls) {
@@ -93,5 +106,7 @@ export class Panel {
   }
 
   /** For tests: whether what it shows is of now. */
-  report() { return {shown: this.isShown, live: this.isShown && performance.now() - this.lastData < STALE_MS}; }
+  report() {
+    return {shown: this.isShown, live: this.isShown && performance.now() - this.lastData < STALE_MS};
+  }
 }

@@ -9,13 +9,16 @@ const DEEPEST = 8;
 /** Returns the fields of a type as a tree: {name, path, isNumber, children}. Of a sequence it shows the first elements. */
 export function fieldTree(schema, name = schema.name, path = '', depth = 0) {
   if (depth > DEEPEST) return [];
-  return schema.types.get(name).fields.map((field) => {
-    const own = path === '' ? field.name : `${path}.${field.name}`;
-    if (!field.array) return nodeOf(schema, field.name, own, field.type, depth);
-    const count = field.array === 'fixed' ? Math.min(field.length, SHOWN_OF_ARRAY) : Math.min(field.bound ?? SHOWN_OF_SEQUENCE, SHOWN_OF_SEQUENCE);
-    const children = Array.from({length: count}, (_, i) => nodeOf(schema, `[${i}]`, `${own}[${i}]`, field.type, depth)).filter(isUseful);
-    return {name: `${field.name}[]`, path: own, isNumber: false, children};
-  }).filter(isUseful);
+  return schema.types
+    .get(name)
+    .fields.map((field) => {
+      const own = path === '' ? field.name : `${path}.${field.name}`;
+      if (!field.array) return nodeOf(schema, field.name, own, field.type, depth);
+      const count = field.array === 'fixed' ? Math.min(field.length, SHOWN_OF_ARRAY) : Math.min(field.bound ?? SHOWN_OF_SEQUENCE, SHOWN_OF_SEQUENCE);
+      const children = Array.from({length: count}, (_, i) => nodeOf(schema, `[${i}]`, `${own}[${i}]`, field.type, depth)).filter(isUseful);
+      return {name: `${field.name}[]`, path: own, isNumber: false, children};
+    })
+    .filter(isUseful);
 }
 
 function nodeOf(schema, name, path, type, depth) {
@@ -23,7 +26,9 @@ function nodeOf(schema, name, path, type, depth) {
   return {name, path, isNumber: NUMERIC.has(type), children: []};
 }
 
-function isUseful(node) { return node.isNumber || node.children.length > 0; }
+function isUseful(node) {
+  return node.isNumber || node.children.length > 0;
+}
 
 /** Returns the number at a path such as `pose.pose.position.x` or `ranges[0]`; NaN: there is none. */
 export function valueAt(message, path) {
@@ -44,7 +49,7 @@ export class Series {
   }
 
   add(time, value) {
-    if (this.times.length > 0 && time < this.times.at(-1)) this.clear();  // a replay went back
+    if (this.times.length > 0 && time < this.times.at(-1)) this.clear(); // a replay went back
     this.times.push(time);
     this.values.push(value);
     let old = 0;
@@ -62,7 +67,8 @@ export class Series {
 
   /** Returns {low, high} of the finite values; null without one. */
   range() {
-    let low = Infinity, high = -Infinity;
+    let low = Infinity,
+      high = -Infinity;
     for (const value of this.values) {
       if (!Number.isFinite(value)) continue;
       if (value < low) low = value;
@@ -75,7 +81,7 @@ export class Series {
   columns(begin, end, columns) {
     const result = new Array(columns);
     for (let i = 0; i < this.times.length; ++i) {
-      const at = Math.floor((this.times[i] - begin) / (end - begin) * columns);
+      const at = Math.floor(((this.times[i] - begin) / (end - begin)) * columns);
       const value = this.values[i];
       if (at < 0 || at >= columns || !Number.isFinite(value)) continue;
       const column = result[at];
@@ -99,15 +105,17 @@ export function ticks(low, high, most) {
 
 /** Draws the series of [{series, colour, name}] up to the time `now`. */
 export function drawPlot(context, width, height, lines, now, seconds, colour) {
-  const left = 46, bottom = 18, top = 6;
+  const left = 46,
+    bottom = 18,
+    top = 6;
   const ranges = lines.map(({series}) => series.range()).filter(Boolean);
   let low = Math.min(...ranges.map((range) => range.low));
   let high = Math.max(...ranges.map((range) => range.high));
   if (ranges.length === 0) [low, high] = [-1, 1];
   const edge = high > low ? (high - low) * 0.08 : Math.max(0.5, Math.abs(high) * 0.1);
   [low, high] = [low - edge, high + edge];
-  const y = (value) => top + (high - value) / (high - low) * (height - top - bottom);
-  const x = (time) => left + (time - now + seconds) / seconds * (width - left);
+  const y = (value) => top + ((high - value) / (high - low)) * (height - top - bottom);
+  const x = (time) => left + ((time - now + seconds) / seconds) * (width - left);
   context.font = '11px sans-serif';
   context.lineWidth = 1;
   context.strokeStyle = colour('--grid');
@@ -119,7 +127,8 @@ export function drawPlot(context, width, height, lines, now, seconds, colour) {
     context.stroke();
     context.fillText(String(tick), 2, y(tick) + 4);
   }
-  for (let back = 0; back <= seconds; back += seconds / 3) context.fillText(`-${back.toFixed(0)} s`, Math.min(width - 28, x(now - back) + 2), height - 4);
+  for (let back = 0; back <= seconds; back += seconds / 3)
+    context.fillText(`-${back.toFixed(0)} s`, Math.min(width - 28, x(now - back) + 2), height - 4);
   context.lineWidth = 1.6;
   const columns = Math.max(1, Math.floor(width - left));
   for (const {series, colour: own} of lines) {

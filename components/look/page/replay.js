@@ -2,17 +2,21 @@
 // A player of recordings (rosbag2's services) with a beginning and an end, which its services do not tell.
 
 const STEP_NS = 50_000_000n;
-const LONGEST_NS = 1n << 52n;  // 52 days
+const LONGEST_NS = 1n << 52n; // 52 days
 
-export function timeOf(ns) { return {sec: Number(ns / 1_000_000_000n), nanosec: Number(ns % 1_000_000_000n)}; }
-export function nanosecondsOf({sec, nanosec}) { return BigInt(sec) * 1_000_000_000n + BigInt(nanosec); }
+export function timeOf(ns) {
+  return {sec: Number(ns / 1_000_000_000n), nanosec: Number(ns % 1_000_000_000n)};
+}
+export function nanosecondsOf({sec, nanosec}) {
+  return BigInt(sec) * 1_000_000_000n + BigInt(nanosec);
+}
 
-/** Returns the last time that `seek` (an async function of ns) accepts after one that it accepts, to 50 ms; before it, if `direction` is -1n. The player
- * must be paused. */
+/** Returns the last time that `seek` (an async function of ns) accepts after one that it accepts, to 50 ms. With a `direction` of -1n it returns the
+ * first time before it. The player must be paused. */
 export async function findEdge(from, direction, seek) {
   let good = from;
   let step = 1_000_000_000n;
-  while (step < LONGEST_NS && await seek(from + direction * step)) {
+  while (step < LONGEST_NS && (await seek(from + direction * step))) {
     good = from + direction * step;
     step *= 2n;
   }

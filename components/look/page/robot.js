@@ -8,7 +8,8 @@ const COMPONENTS = '/_container/get_components';
 const HEARTBEAT_MS = 1000;
 const SILENCE_MS = 6000;
 
-/** Emits: right (view, operate or empty), stops (topics on which an emergency stop is set), words (a text for the user, and whether it is an error). */
+/** Emits: right (view, operate or empty), stops (topics on which an emergency stop is set), words (a text for the user, and whether it is an
+ * error). */
 export class Robot extends Emitter {
   constructor(connection, clock = {setTimeout: (...w) => setTimeout(...w), clearTimeout: (id) => clearTimeout(id), now: () => performance.now()}) {
     super();
@@ -30,11 +31,13 @@ export class Robot extends Emitter {
       this.emit('right', '');
     });
     connection.on('status', ({message, level}) => this.emit('words', message, level > 0));
-    connection.watchGraph();  // says which topics stop a base
+    connection.watchGraph(); // says which topics stop a base
     this.poll('get_emergency_stops', {}, HEARTBEAT_MS, (answer) => this.noteStops(answer), {alsoAsleep: true});
   }
 
-  get mayOperate() { return this.right === 'operate'; }
+  get mayOperate() {
+    return this.right === 'operate';
+  }
 
   /** Why a control that needs `operate` is disabled; empty: it is not. */
   get whyNot() {
@@ -52,7 +55,9 @@ export class Robot extends Emitter {
   }
 
   /** The full name of a service of the container: service('get_statistics') or service('/lidar/get_parameters'). */
-  service(name) { return name.startsWith('/') ? name : `${this.container}/_container/${name}`; }
+  service(name) {
+    return name.startsWith('/') ? name : `${this.container}/_container/${name}`;
+  }
 
   /** Calls a service. Rejects if its answer has `success: false`, with the reason. */
   async call(name, request = {}, limitMs = undefined) {
@@ -138,5 +143,7 @@ export class Robot extends Emitter {
     return sent.length > 0;
   }
 
-  releaseStops() { return this.order('Release the emergency stop', 'release_emergency_stops', {topics: []}); }
+  releaseStops() {
+    return this.order('Release the emergency stop', 'release_emergency_stops', {topics: []});
+  }
 }

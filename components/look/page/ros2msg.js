@@ -27,7 +27,8 @@ export function parseSchema(name, text) {
   }
   for (const [key, {fields}] of types) {
     for (const field of fields) {
-      if (!PRIMITIVES.has(field.type) && !types.has(field.type)) throw new Error(`schema of ${name}: ${key} contains ${field.type}, which is not defined`);
+      if (!PRIMITIVES.has(field.type) && !types.has(field.type))
+        throw new Error(`schema of ${name}: ${key} contains ${field.type}, which is not defined`);
     }
   }
   return {name: root, types};

@@ -13,14 +13,24 @@ export function streamRows(before, after) {
     const rate = old && seconds > 0 ? Number(stream.published - old.published) / seconds : NaN;
     const readers = after.readers.filter(({topic, type}) => topic === stream.name && type === stream.type);
     return {
-      key: keyOf(stream), name: stream.name, type: stream.type, rate,
+      key: keyOf(stream),
+      name: stream.name,
+      type: stream.type,
+      rate,
       published: Number(stream.published),
       age: stream.last_ns > 0n ? Math.max(0, Number(after.now_ns - stream.last_ns) * 1e-9) : NaN,
       dropped: Object.values(stream.dropped).reduce((sum, count) => sum + Number(count), 0),
-      causes: Object.entries(stream.dropped).filter(([, count]) => count > 0n).map(([cause, count]) => `${cause} ${count}`).join(', '),
+      causes: Object.entries(stream.dropped)
+        .filter(([, count]) => count > 0n)
+        .map(([cause, count]) => `${cause} ${count}`)
+        .join(', '),
       p99: stream.latency_p99_us / 1000,
-      late: readers.map((reader) => lateness(pastReaders.get(readerKey(reader)), reader)).filter(Boolean).join('; '),
-      writers: Number(stream.writers), readers: Number(stream.readers),
+      late: readers
+        .map((reader) => lateness(pastReaders.get(readerKey(reader)), reader))
+        .filter(Boolean)
+        .join('; '),
+      writers: Number(stream.writers),
+      readers: Number(stream.readers),
     };
   });
 }
@@ -38,5 +48,9 @@ function lateness(old, reader) {
   return why.length > 0 ? `${reader.node}: ${why.join(', ')}` : '';
 }
 
-function keyOf({name, type}) { return `${name} ${type}`; }
-function readerKey({topic, type, node}) { return `${topic} ${type} ${node}`; }
+function keyOf({name, type}) {
+  return `${name} ${type}`;
+}
+function readerKey({topic, type, node}) {
+  return `${topic} ${type} ${node}`;
+}

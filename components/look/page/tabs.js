@@ -19,7 +19,9 @@ export class Tabs {
     this.load();
   }
 
-  get key() { return this.narrow.matches ? 'panels, narrow' : 'panels, wide'; }
+  get key() {
+    return this.narrow.matches ? 'panels, narrow' : 'panels, wide';
+  }
 
   load() {
     const kept = sessionStorage.getItem(this.key);

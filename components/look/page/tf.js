@@ -2,11 +2,13 @@
 import {IDENTITY, compose, inverse, poseOf} from './geometry.js';
 
 const DEEPEST = 100;
-const SAMPLES = 100;  // two seconds at 50 Hz
+const SAMPLES = 100; // two seconds at 50 Hz
 
 /** The transform of each frame to its parent, for the last seconds. */
 export class TransformTree {
-  constructor() { this.frames = new Map(); }
+  constructor() {
+    this.frames = new Map();
+  }
 
   /** Takes a tf2_msgs/TFMessage. */
   add(message) {
@@ -14,16 +16,20 @@ export class TransformTree {
       const name = plain(child);
       const parent = plain(header.frame_id);
       let frame = this.frames.get(name);
-      if (!frame || frame.parent !== parent) this.frames.set(name, frame = {parent, samples: []});
+      if (!frame || frame.parent !== parent) this.frames.set(name, (frame = {parent, samples: []}));
       const sample = {time: secondsOf(header.stamp), pose: poseOf(transform)};
-      if (frame.samples.length > 0 && sample.time < frame.samples.at(-1).time) frame.samples.length = 0;  // time went back
+      if (frame.samples.length > 0 && sample.time < frame.samples.at(-1).time) frame.samples.length = 0; // time went back
       frame.samples.push(sample);
       if (frame.samples.length > SAMPLES) frame.samples.shift();
     }
   }
 
-  clear() { this.frames.clear(); }
-  get size() { return this.frames.size; }
+  clear() {
+    this.frames.clear();
+  }
+  get size() {
+    return this.frames.size;
+  }
 
   /** Returns the frame at the top, and the pose of `frame` in it, at a time in s; without one, the newest. */
   rooted(frame, time) {
@@ -35,7 +41,7 @@ export class TransformTree {
       pose = compose(poseAt(found.samples, time), pose);
       name = found.parent;
     }
-    return {root: '', pose};  // a loop
+    return {root: '', pose}; // a loop
   }
 
   /** Returns the pose of `source` in `target` at a time in s, without one the newest; null: they are not connected. */
@@ -68,7 +74,9 @@ export class TransformTree {
   }
 }
 
-export function secondsOf({sec, nanosec}) { return sec + nanosec * 1e-9; }
+export function secondsOf({sec, nanosec}) {
+  return sec + nanosec * 1e-9;
+}
 
 /** The sample that is nearest to the time. */
 function poseAt(samples, time) {
@@ -78,4 +86,6 @@ function poseAt(samples, time) {
   return best.pose;
 }
 
-function plain(name) { return name.startsWith('/') ? name.slice(1) : name; }
+function plain(name) {
+  return name.startsWith('/') ? name.slice(1) : name;
+}

@@ -2,10 +2,11 @@
 // The shapes of a robot description, as polygons.
 import {IDENTITY, apply, fromRpy} from './geometry.js';
 
-const ROUND = 16;  // corners of a circle
+const ROUND = 16; // corners of a circle
 const GREY = [0.55, 0.57, 0.6, 1];
 
-/** Returns {name, links: [{name, visuals, collisions}], joints: [{child, parent, pose}]} of a parsed XML document. A shape is {pose, colour, kind, ...}. */
+/** Returns {name, links: [{name, visuals, collisions}], joints: [{child, parent, pose}]} of a parsed XML document. A shape is {pose, colour,
+ * kind, ...}. */
 export function readUrdf(document) {
   const robot = document.documentElement;
   if (!robot || robot.tagName !== 'robot') throw new Error('the description is no URDF');
@@ -13,8 +14,12 @@ export function readUrdf(document) {
   for (const material of childrenOf(robot, 'material')) materials.set(material.getAttribute('name'), colourOf(material));
   const links = childrenOf(robot, 'link').map((link) => ({
     name: link.getAttribute('name'),
-    visuals: childrenOf(link, 'visual').map((visual) => shapeOf(visual, materials)).filter(Boolean),
-    collisions: childrenOf(link, 'collision').map((collision) => shapeOf(collision, materials)).filter(Boolean),
+    visuals: childrenOf(link, 'visual')
+      .map((visual) => shapeOf(visual, materials))
+      .filter(Boolean),
+    collisions: childrenOf(link, 'collision')
+      .map((collision) => shapeOf(collision, materials))
+      .filter(Boolean),
   }));
   const joints = childrenOf(robot, 'joint').map((joint) => ({
     parent: child(joint, 'parent')?.getAttribute('link'),
@@ -24,8 +29,12 @@ export function readUrdf(document) {
   return {name: robot.getAttribute('name') ?? '', links, joints};
 }
 
-function childrenOf(element, name) { return Array.from(element.children).filter((one) => one.tagName === name); }
-function child(element, name) { return childrenOf(element, name)[0]; }
+function childrenOf(element, name) {
+  return Array.from(element.children).filter((one) => one.tagName === name);
+}
+function child(element, name) {
+  return childrenOf(element, name)[0];
+}
 function numbers(text, fallback) {
   const values = (text ?? '').trim().split(/\s+/).map(Number);
   return values.length === fallback.length && values.every(Number.isFinite) ? values : fallback;
@@ -48,11 +57,16 @@ function shapeOf(element, materials) {
   const number = (name) => Number(geometry.getAttribute(name)) || 0;
   const common = {kind: geometry.tagName, pose: originOf(element), colour};
   switch (geometry.tagName) {
-    case 'box': return {...common, size: numbers(geometry.getAttribute('size'), [0, 0, 0])};
-    case 'cylinder': return {...common, radius: number('radius'), length: number('length')};
-    case 'sphere': return {...common, radius: number('radius')};
-    case 'mesh': return {...common, uri: geometry.getAttribute('filename') ?? '', scale: numbers(geometry.getAttribute('scale'), [1, 1, 1])};
-    default: return null;
+    case 'box':
+      return {...common, size: numbers(geometry.getAttribute('size'), [0, 0, 0])};
+    case 'cylinder':
+      return {...common, radius: number('radius'), length: number('length')};
+    case 'sphere':
+      return {...common, radius: number('radius')};
+    case 'mesh':
+      return {...common, uri: geometry.getAttribute('filename') ?? '', scale: numbers(geometry.getAttribute('scale'), [1, 1, 1])};
+    default:
+      return null;
   }
 }
 
@@ -65,15 +79,24 @@ export function facesOf(shape) {
 function boxFaces({size}) {
   const [x, y, z] = size.map((length) => length / 2);
   const corner = (i) => [i & 1 ? x : -x, i & 2 ? y : -y, i & 4 ? z : -z];
-  return [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]].map((face) => face.map(corner));
+  return [
+    [0, 2, 3, 1],
+    [4, 5, 7, 6],
+    [0, 1, 5, 4],
+    [2, 6, 7, 3],
+    [0, 4, 6, 2],
+    [1, 3, 7, 5],
+  ].map((face) => face.map(corner));
 }
 
 function ring(radius, z) {
-  return Array.from({length: ROUND}, (_, i) => [radius * Math.cos(2 * Math.PI * i / ROUND), radius * Math.sin(2 * Math.PI * i / ROUND), z]);
+  return Array.from({length: ROUND}, (_, i) => [radius * Math.cos((2 * Math.PI * i) / ROUND), radius * Math.sin((2 * Math.PI * i) / ROUND), z]);
 }
 
 /** The faces between two rings of as many corners. */
-function mantle(low, high) { return low.map((corner, i) => [corner, low[(i + 1) % ROUND], high[(i + 1) % ROUND], high[i]]); }
+function mantle(low, high) {
+  return low.map((corner, i) => [corner, low[(i + 1) % ROUND], high[(i + 1) % ROUND], high[i]]);
+}
 
 function cylinderFaces({radius, length}) {
   const low = ring(radius, -length / 2);
@@ -89,14 +112,16 @@ function sphereFaces({radius}) {
   return rings.slice(1).flatMap((high, i) => mantle(rings[i], high));
 }
 
-function meshFaces({triangles = [], scale}) { return triangles.map((face) => face.map((corner) => corner.map((part, i) => part * scale[i]))); }
+function meshFaces({triangles = [], scale}) {
+  return triangles.map((face) => face.map((corner) => corner.map((part, i) => part * scale[i])));
+}
 
 /** Returns the triangles of a binary STL file; throws an Error if it is none. */
 export function readStl(bytes, most = 20000) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const count = bytes.length >= 84 ? view.getUint32(80, true) : -1;
   if (count < 0 || bytes.length < 84 + 50 * count) throw new Error('no binary STL');
-  const step = Math.max(1, Math.ceil(count / most));  // a fine mesh is drawn with holes rather than slowly
+  const step = Math.max(1, Math.ceil(count / most)); // a fine mesh is drawn with holes rather than slowly
   const triangles = [];
   for (let i = 0; i < count; i += step) {
     const at = 84 + 50 * i + 12;

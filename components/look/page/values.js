@@ -1,10 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values of parameters: rcl_interfaces/ParameterValue to JavaScript and back, and as text.
 
-const FIELDS = ['', 'bool_value', 'integer_value', 'double_value', 'string_value', 'byte_array_value', 'bool_array_value', 'integer_array_value',
-  'double_array_value', 'string_array_value'];
+const FIELDS = [
+  '',
+  'bool_value',
+  'integer_value',
+  'double_value',
+  'string_value',
+  'byte_array_value',
+  'bool_array_value',
+  'integer_array_value',
+  'double_array_value',
+  'string_array_value',
+];
 export const TYPES = ['not set', 'bool', 'integer', 'double', 'string', 'byte[]', 'bool[]', 'integer[]', 'double[]', 'string[]'];
-const INTEGER = 2, INTEGERS = 7, DOUBLES = 8, STRINGS = 9;
+const INTEGER = 2,
+  INTEGERS = 7,
+  DOUBLES = 8,
+  STRINGS = 9;
 
 /** Returns the value; undefined if it is not set. */
 export function valueOf(message) {
@@ -12,7 +25,9 @@ export function valueOf(message) {
   return ArrayBuffer.isView(value) ? Array.from(value) : value;
 }
 
-export function messageOf(type, value) { return type === 0 ? {type} : {type, [FIELDS[type]]: value}; }
+export function messageOf(type, value) {
+  return type === 0 ? {type} : {type, [FIELDS[type]]: value};
+}
 
 /** Returns the text that an input shows. */
 export function textOf(type, value) {
@@ -29,7 +44,11 @@ export function parseValue(type, text) {
   if (type === 3) return double(words);
   if (type === 4) return text;
   if (type === STRINGS) return strings(words);
-  const items = words.replace(/^\[|\]$/g, '').split(',').map((word) => word.trim()).filter((word) => word !== '');
+  const items = words
+    .replace(/^\[|\]$/g, '')
+    .split(',')
+    .map((word) => word.trim())
+    .filter((word) => word !== '');
   return items.map({5: byte, 6: oneOf, [INTEGERS]: integer, [DOUBLES]: double}[type]);
 }
 

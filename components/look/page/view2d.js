@@ -6,13 +6,17 @@ const FRAME_AXIS_PX = 16;
 
 export class View2d {
   constructor() {
-    this.scale = 90;         // pixels per metre
-    this.centre = [0, 0];    // in the fixed frame
+    this.scale = 90; // pixels per metre
+    this.centre = [0, 0]; // in the fixed frame
   }
 
-  zoom(factor) { this.scale = Math.min(2000, Math.max(4, this.scale * factor)); }
+  zoom(factor) {
+    this.scale = Math.min(2000, Math.max(4, this.scale * factor));
+  }
   /** Moves the picture by pixels. */
-  drag(dx, dy) { this.centre = [this.centre[0] - dx / this.scale, this.centre[1] + dy / this.scale]; }
+  drag(dx, dy) {
+    this.centre = [this.centre[0] - dx / this.scale, this.centre[1] + dy / this.scale];
+  }
 
   /** `options`: follow (the robot stays in the middle), names (of frames). */
   draw(context, width, height, scene, colour, options) {
@@ -53,7 +57,8 @@ export class View2d {
     context.lineWidth = 1;
     context.strokeStyle = colour('--grid');
     context.beginPath();
-    const halfX = width / 2 / this.scale, halfY = height / 2 / this.scale;
+    const halfX = width / 2 / this.scale,
+      halfY = height / 2 / this.scale;
     for (let x = Math.ceil((this.centre[0] - halfX) / step) * step; x <= this.centre[0] + halfX; x += step) {
       const [at] = toScreen([x, 0]);
       context.moveTo(at, 0);
@@ -75,11 +80,17 @@ export class View2d {
     for (const link of scene.links) {
       const pose = scene.poseOf(link.name, fixed);
       if (!pose) continue;
-      for (const {faces, colour: [r, g, b, a]} of link.visuals) {
+      for (const {
+        faces,
+        colour: [r, g, b, a],
+      } of link.visuals) {
         const points = faces.flat().map((corner) => apply(pose, corner));
         if (points.length === 0) continue;
-        flat.push({top: Math.max(...points.map(([, , z]) => z)), points: hull(points.map(([x, y]) => [x, y])),
-          style: `rgba(${255 * r}, ${255 * g}, ${255 * b}, ${0.9 * a})`});
+        flat.push({
+          top: Math.max(...points.map(([, , z]) => z)),
+          points: hull(points.map(([x, y]) => [x, y])),
+          style: `rgba(${255 * r}, ${255 * g}, ${255 * b}, ${0.9 * a})`,
+        });
       }
     }
     flat.sort((one, other) => one.top - other.top);
@@ -104,9 +115,17 @@ export class View2d {
     const ellipse = ellipseOf(...path.covariance);
     const [x, y] = toScreen(apply(pose, path.pose.p));
     if (!ellipse || !(ellipse.a > 0)) return;
-    context.beginPath();  // two standard deviations
+    context.beginPath(); // two standard deviations
     const most = 1e4;
-    context.ellipse(x, y, Math.min(most, 2 * ellipse.a * this.scale), Math.min(most, 2 * ellipse.b * this.scale), -(ellipse.angle + yawOf(pose.q)), 0, 2 * Math.PI);
+    context.ellipse(
+      x,
+      y,
+      Math.min(most, 2 * ellipse.a * this.scale),
+      Math.min(most, 2 * ellipse.b * this.scale),
+      -(ellipse.angle + yawOf(pose.q)),
+      0,
+      2 * Math.PI,
+    );
     context.lineWidth = 1;
     context.stroke();
   }
@@ -118,8 +137,16 @@ export class View2d {
       const pose = scene.poseOf(name, fixed);
       if (!pose) continue;
       const origin = toScreen(pose.p);
-      [['--axis-x', [1, 0, 0]], ['--axis-y', [0, 1, 0]]].forEach(([own, axis]) => {
-        const end = toScreen(apply(pose, axis.map((part) => part * FRAME_AXIS_PX / this.scale)));
+      [
+        ['--axis-x', [1, 0, 0]],
+        ['--axis-y', [0, 1, 0]],
+      ].forEach(([own, axis]) => {
+        const end = toScreen(
+          apply(
+            pose,
+            axis.map((part) => (part * FRAME_AXIS_PX) / this.scale),
+          ),
+        );
         context.strokeStyle = colour(own);
         context.lineWidth = 1.5;
         context.beginPath();

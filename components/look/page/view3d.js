@@ -14,7 +14,9 @@ export class View3d {
     this.target = [0, 0, 0.05];
   }
 
-  zoom(factor) { this.distance = Math.min(60, Math.max(0.2, this.distance / factor)); }
+  zoom(factor) {
+    this.distance = Math.min(60, Math.max(0.2, this.distance / factor));
+  }
   drag(dx, dy) {
     this.yaw -= dx * 0.008;
     this.pitch = Math.min(1.5, Math.max(0.03, this.pitch + dy * 0.008));
@@ -48,7 +50,7 @@ export class View3d {
       const d = [point[0] - eye[0], point[1] - eye[1], point[2] - eye[2]];
       const depth = -dot(d, back);
       if (depth < NEAR_M) return null;
-      return [width / 2 + focal * dot(d, right) / depth, height / 2 - focal * dot(d, up) / depth, depth];
+      return [width / 2 + (focal * dot(d, right)) / depth, height / 2 - (focal * dot(d, up)) / depth, depth];
     };
   }
 
@@ -65,7 +67,8 @@ export class View3d {
     context.lineWidth = 1;
     context.beginPath();
     for (let i = -GRID_M; i <= GRID_M; i += 0.5) {
-      for (let j = -GRID_M; j < GRID_M; j += 0.5) {  // in pieces, so that only those behind the camera are left out
+      for (let j = -GRID_M; j < GRID_M; j += 0.5) {
+        // in pieces, so that only those behind the camera are left out
         this.line(context, camera, [x0 + i, y0 + j, 0], [x0 + i, y0 + j + 0.5, 0]);
         this.line(context, camera, [x0 + j, y0 + i, 0], [x0 + j + 0.5, y0 + i, 0]);
       }
@@ -81,10 +84,13 @@ export class View3d {
         const at = camera(apply(pose, point));
         if (!at) continue;
         const size = Math.min(6, Math.max(2, 5 / at[2]));
-        items.push({depth: at[2], draw(context) {
-          context.fillStyle = style;
-          context.fillRect(at[0] - size / 2, at[1] - size / 2, size, size);
-        }});
+        items.push({
+          depth: at[2],
+          draw(context) {
+            context.fillStyle = style;
+            context.fillRect(at[0] - size / 2, at[1] - size / 2, size, size);
+          },
+        });
       }
     }
   }
@@ -98,14 +104,17 @@ export class View3d {
       for (let i = 1; i < points.length; ++i) {
         const [a, b] = [points[i - 1], points[i]];
         if (!a || !b) continue;
-        items.push({depth: Math.max(a[2], b[2]) + 0.05, draw(context) {
-          context.strokeStyle = style;
-          context.lineWidth = 2;
-          context.beginPath();
-          context.moveTo(a[0], a[1]);
-          context.lineTo(b[0], b[1]);
-          context.stroke();
-        }});
+        items.push({
+          depth: Math.max(a[2], b[2]) + 0.05,
+          draw(context) {
+            context.strokeStyle = style;
+            context.lineWidth = 2;
+            context.beginPath();
+            context.moveTo(a[0], a[1]);
+            context.lineTo(b[0], b[1]);
+            context.stroke();
+          },
+        });
       }
     }
   }
@@ -114,7 +123,14 @@ export class View3d {
     for (const link of scene.links) {
       const pose = scene.poseOf(link.name, fixed);
       if (!pose) continue;
-      for (const shape of link.visuals) for (const face of shape.faces) this.face(items, face.map((corner) => apply(pose, corner)), shape.colour, camera);
+      for (const shape of link.visuals)
+        for (const face of shape.faces)
+          this.face(
+            items,
+            face.map((corner) => apply(pose, corner)),
+            shape.colour,
+            camera,
+          );
     }
   }
 
@@ -125,18 +141,21 @@ export class View3d {
     const v = corners[2].map((part, i) => part - corners[0][i]);
     const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     const length = Math.hypot(...normal) || 1;
-    const light = 0.55 + 0.45 * Math.abs(normal.reduce((sum, part, i) => sum + part * LIGHT[i], 0)) / length;
+    const light = 0.55 + (0.45 * Math.abs(normal.reduce((sum, part, i) => sum + part * LIGHT[i], 0))) / length;
     const style = `rgba(${[r, g, b].map((part) => Math.round(255 * Math.min(1, (part + 0.06) * light))).join(',')},${a})`;
-    items.push({depth: flat.reduce((sum, [, , depth]) => sum + depth, 0) / flat.length, draw(context) {
-      context.beginPath();
-      flat.forEach(([x, y], i) => context[i ? 'lineTo' : 'moveTo'](x, y));
-      context.closePath();
-      context.fillStyle = style;
-      context.strokeStyle = style;
-      context.lineWidth = 0.7;
-      context.fill();
-      context.stroke();
-    }});
+    items.push({
+      depth: flat.reduce((sum, [, , depth]) => sum + depth, 0) / flat.length,
+      draw(context) {
+        context.beginPath();
+        flat.forEach(([x, y], i) => context[i ? 'lineTo' : 'moveTo'](x, y));
+        context.closePath();
+        context.fillStyle = style;
+        context.strokeStyle = style;
+        context.lineWidth = 0.7;
+        context.fill();
+        context.stroke();
+      },
+    });
   }
 
   axes(context, scene, fixed, camera, colour, names) {
@@ -145,7 +164,11 @@ export class View3d {
       const pose = scene.poseOf(name, fixed);
       const origin = pose && camera(pose.p);
       if (!origin) continue;
-      [['--axis-x', [0.06, 0, 0]], ['--axis-y', [0, 0.06, 0]], ['--axis-z', [0, 0, 0.06]]].forEach(([own, axis]) => {
+      [
+        ['--axis-x', [0.06, 0, 0]],
+        ['--axis-y', [0, 0.06, 0]],
+        ['--axis-z', [0, 0, 0.06]],
+      ].forEach(([own, axis]) => {
         context.strokeStyle = colour(own);
         context.lineWidth = 1.5;
         context.beginPath();

@@ -7,14 +7,20 @@ import {Emitter} from '../../../components/look/page/emitter.js';
 import {stickOf} from '../../../components/look/page/joystick.js';
 
 class Clock {
-  constructor() { Object.assign(this, {time: 0, tick: null}); }
-  now() { return this.time; }
+  constructor() {
+    Object.assign(this, {time: 0, tick: null});
+  }
+  now() {
+    return this.time;
+  }
   setInterval(callback, ms) {
     assert.equal(ms, PERIOD_MS);
     this.tick = callback;
     return 1;
   }
-  clearInterval() { this.tick = null; }
+  clearInterval() {
+    this.tick = null;
+  }
   periods(count) {
     for (let i = 0; i < count && this.tick; ++i) {
       this.time += PERIOD_MS;
@@ -24,11 +30,28 @@ class Clock {
 }
 
 function held({right = 'operate', channels = []} = {}) {
-  const connection = Object.assign(new Emitter(), {isOpen: true, lastReceived: 0, unsentBytes: 0, channels: new Map(channels.map((one, i) => [i, one])),
-    graph: {subscribed: new Map()}, sent: []});
+  const connection = Object.assign(new Emitter(), {
+    isOpen: true,
+    lastReceived: 0,
+    unsentBytes: 0,
+    channels: new Map(channels.map((one, i) => [i, one])),
+    graph: {subscribed: new Map()},
+    sent: [],
+  });
   connection.publish = (topic, schema, message) => connection.sent.push([schema.name, message.twist ?? message]);
   const robot = Object.assign(new Emitter(), {connection, right});
-  Object.defineProperties(robot, {mayOperate: {get() { return this.right === 'operate'; }}, whyNot: {get() { return this.right === 'operate' ? '' : 'no right'; }}});
+  Object.defineProperties(robot, {
+    mayOperate: {
+      get() {
+        return this.right === 'operate';
+      },
+    },
+    whyNot: {
+      get() {
+        return this.right === 'operate' ? '' : 'no right';
+      },
+    },
+  });
   const clock = new Clock();
   const sender = new CommandSender(robot, clock);
   sender.topic = '/cmd_vel_teleop';
@@ -69,9 +92,23 @@ test('without the right to operate nothing is sent', () => {
 
 for (const [what, happen, reason] of [
   ['the connection is lost', ({connection}) => connection.emit('state', 'lost'), /connection was lost/],
-  ['the right is gone', ({robot}) => { robot.right = 'view'; robot.emit('right', 'view'); }, /no right/],
+  [
+    'the right is gone',
+    ({robot}) => {
+      robot.right = 'view';
+      robot.emit('right', 'view');
+    },
+    /no right/,
+  ],
   ['nothing comes from the robot', ({clock}) => clock.periods(11), /Nothing came/],
-  ['commands wait in the socket', ({connection, clock}) => { connection.unsentBytes = 4000; clock.periods(1); }, /too slow/],
+  [
+    'commands wait in the socket',
+    ({connection, clock}) => {
+      connection.unsentBytes = 4000;
+      clock.periods(1);
+    },
+    /too slow/,
+  ],
 ]) {
   test(`the grip ends when ${what}`, () => {
     const all = held();
@@ -102,8 +139,16 @@ test('sends the type that the topic has', () => {
 });
 
 test('a topic for a person comes before that of navigation', () => {
-  const connection = {channels: new Map([[1, {topic: '/cmd_vel', schemaName: 'geometry_msgs/msg/Twist'}]]),
-    graph: {subscribed: new Map([['/cmd_vel_teleop', []], ['/cmd_vel', []], ['/scan', []]])}};
+  const connection = {
+    channels: new Map([[1, {topic: '/cmd_vel', schemaName: 'geometry_msgs/msg/Twist'}]]),
+    graph: {
+      subscribed: new Map([
+        ['/cmd_vel_teleop', []],
+        ['/cmd_vel', []],
+        ['/scan', []],
+      ]),
+    },
+  };
   assert.deepEqual(commandTopics(connection), ['/cmd_vel_teleop', '/cmd_vel']);
 });
 

@@ -9,13 +9,19 @@ import {Robot} from '../../../components/look/page/robot.js';
 
 /** Time that tests move. */
 class Clock {
-  constructor() { Object.assign(this, {time: 0, timers: new Map(), next: 1}); }
-  now() { return this.time; }
+  constructor() {
+    Object.assign(this, {time: 0, timers: new Map(), next: 1});
+  }
+  now() {
+    return this.time;
+  }
   setTimeout(callback, ms) {
     this.timers.set(this.next, {at: this.time + ms, callback});
     return this.next++;
   }
-  clearTimeout(id) { this.timers.delete(id); }
+  clearTimeout(id) {
+    this.timers.delete(id);
+  }
   advance(ms) {
     const end = this.time + ms;
     for (;;) {
@@ -37,16 +43,29 @@ class Server {
     this.connection = new Connection('ws://robot', {clock: this.clock, open: (url, protocols) => this.accept(url, protocols)});
   }
   accept(url, protocols) {
-    const socket = {protocols, readyState: 0, bufferedAmount: 0, sent: [], send: (data) => socket.sent.push(typeof data === 'string' ? JSON.parse(data) : data), close: () => { socket.readyState = 3; }};
+    const socket = {
+      protocols,
+      readyState: 0,
+      bufferedAmount: 0,
+      sent: [],
+      send: (data) => socket.sent.push(typeof data === 'string' ? JSON.parse(data) : data),
+      close: () => {
+        socket.readyState = 3;
+      },
+    };
     this.sockets.push(socket);
     return socket;
   }
-  get socket() { return this.sockets.at(-1); }
+  get socket() {
+    return this.sockets.at(-1);
+  }
   greet() {
     this.socket.readyState = 1;
     this.say({op: 'serverInfo', name: 'nacelle', capabilities: [], metadata: {'nacelle.right': this.right, 'nacelle.container': '/robot'}});
   }
-  say(message) { this.socket.onmessage({data: message.op ? JSON.stringify(message) : message.buffer}); }
+  say(message) {
+    this.socket.onmessage({data: message.op ? JSON.stringify(message) : message.buffer});
+  }
   message(id, body) {
     const frame = new Uint8Array(13 + body.length);
     frame[0] = 1;
@@ -54,12 +73,20 @@ class Server {
     frame.set(body, 13);
     this.say(frame);
   }
-  ops() { return this.socket.sent.map((one) => one.op ?? `binary ${one[0]}`); }
+  ops() {
+    return this.socket.sent.map((one) => one.op ?? `binary ${one[0]}`);
+  }
 }
 
 const NUMBER = parseSchema('std_msgs/msg/Int32', 'int32 data');
 const CHANNEL = {id: 5, topic: '/n', encoding: 'cdr', schemaName: 'std_msgs/msg/Int32', schemaEncoding: 'ros2msg', schema: 'int32 data'};
-const SERVICE = {id: 9, name: '/robot/_container/get_emergency_stops', type: 'nacelle_interfaces/srv/GetEmergencyStops', requestSchema: '', responseSchema: 'string[] topics'};
+const SERVICE = {
+  id: 9,
+  name: '/robot/_container/get_emergency_stops',
+  type: 'nacelle_interfaces/srv/GetEmergencyStops',
+  requestSchema: '',
+  responseSchema: 'string[] topics',
+};
 
 function connected(right) {
   const server = new Server(right);
@@ -80,7 +107,10 @@ test('two readers of a topic share one subscription, which ends with the second'
   assert.deepEqual(server.ops(), ['subscribe']);
   ends[1]();
 
-  assert.deepEqual(seen, [[1, '/n', 42], [2, '/n', 42]]);
+  assert.deepEqual(seen, [
+    [1, '/n', 42],
+    [2, '/n', 42],
+  ]);
   assert.deepEqual(server.ops(), ['subscribe', 'unsubscribe']);
 });
 
@@ -162,7 +192,10 @@ test('the emergency stop is published with the right to view, and what operates 
   assert.match(robot.whyNot, /may only look/);
   const [graph, advertised, frame] = server.socket.sent;
   assert.equal(graph.op, 'subscribeConnectionGraph');
-  assert.deepEqual(advertised.channels.map(({topic, schemaName}) => [topic, schemaName]), [['/emergency_stop', 'std_msgs/msg/Bool']]);
+  assert.deepEqual(
+    advertised.channels.map(({topic, schemaName}) => [topic, schemaName]),
+    [['/emergency_stop', 'std_msgs/msg/Bool']],
+  );
   assert.deepEqual(decode(parseSchema('std_msgs/msg/Bool', 'bool data'), frame.subarray(5)), {data: true});
 });
 
@@ -171,8 +204,17 @@ test('every topic that stops a base is published', () => {
   const robot = new Robot(server.connection, server.clock);
   server.connection.connect();
   server.greet();
-  server.say({op: 'connectionGraphUpdate', publishedTopics: [], subscribedTopics: [{name: '/a/emergency_stop', subscriberIds: ['/a/base']}, {name: '/scan', subscriberIds: []}],
-    advertisedServices: [], removedTopics: [], removedServices: []});
+  server.say({
+    op: 'connectionGraphUpdate',
+    publishedTopics: [],
+    subscribedTopics: [
+      {name: '/a/emergency_stop', subscriberIds: ['/a/base']},
+      {name: '/scan', subscriberIds: []},
+    ],
+    advertisedServices: [],
+    removedTopics: [],
+    removedServices: [],
+  });
   server.say({op: 'advertise', channels: [{...CHANNEL, topic: '/b/emergency_stop', schemaName: 'std_msgs/msg/Bool'}]});
   assert.deepEqual(robot.stopTopics().sort(), ['/a/emergency_stop', '/b/emergency_stop']);
 });

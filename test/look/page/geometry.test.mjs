@@ -28,7 +28,7 @@ test('a pose and its inverse bring each point back', () => {
 });
 
 test('rpy turns about fixed axes, as URDF says', () => {
-  near(apply({p: [0, 0, 0], q: fromRpy([-Math.PI / 2, 0, -Math.PI / 2])}, [0, 0, 1]), [1, 0, 0]);  // z of a camera looks ahead
+  near(apply({p: [0, 0, 0], q: fromRpy([-Math.PI / 2, 0, -Math.PI / 2])}, [0, 0, 1]), [1, 0, 0]); // z of a camera looks ahead
   assert.ok(Math.abs(yawOf(fromRpy([0, 0, 0.7])) - 0.7) < 1e-12);
 });
 
@@ -40,15 +40,41 @@ test('the ellipse of a covariance', () => {
 });
 
 test('the hull leaves out what is inside', () => {
-  assert.deepEqual(hull([[0, 0], [1, 1], [2, 0], [2, 2], [0, 2], [1, 0]]), [[0, 0], [2, 0], [2, 2], [0, 2]]);
+  assert.deepEqual(
+    hull([
+      [0, 0],
+      [1, 1],
+      [2, 0],
+      [2, 2],
+      [0, 2],
+      [1, 0],
+    ]),
+    [
+      [0, 0],
+      [2, 0],
+      [2, 2],
+      [0, 2],
+    ],
+  );
 });
 
-const transform = (parent, child, x, sec = 0) => ({header: {frame_id: parent, stamp: {sec, nanosec: 0}}, child_frame_id: child,
-  transform: {translation: {x, y: 0, z: 0}, rotation: {x: 0, y: 0, z: 0, w: 1}}});
+const transform = (parent, child, x, sec = 0) => ({
+  header: {frame_id: parent, stamp: {sec, nanosec: 0}},
+  child_frame_id: child,
+  transform: {translation: {x, y: 0, z: 0}, rotation: {x: 0, y: 0, z: 0, w: 1}},
+});
 
 test('frames are looked up across the tree, and loops are none', () => {
   const tree = new TransformTree();
-  tree.add({transforms: [transform('odom', 'base', 3), transform('base', 'lidar', 1), transform('/odom', 'camera', 5), transform('a', 'b', 1), transform('b', 'a', 1)]});
+  tree.add({
+    transforms: [
+      transform('odom', 'base', 3),
+      transform('base', 'lidar', 1),
+      transform('/odom', 'camera', 5),
+      transform('a', 'b', 1),
+      transform('b', 'a', 1),
+    ],
+  });
   assert.equal(tree.fixedFrame(), 'odom');
   near(tree.lookup('camera', 'lidar').p, [-1, 0, 0]);
   assert.equal(tree.lookup('odom', 'nowhere'), null);
@@ -69,9 +95,13 @@ test('a frame that moves is looked up at its time', () => {
 
 test('shapes have faces', () => {
   const pose = {p: [1, 0, 0], q: [0, 0, 0, 1]};
-  const xs = facesOf({kind: 'box', pose, size: [2, 4, 6]}).flat().map(([x]) => x);
+  const xs = facesOf({kind: 'box', pose, size: [2, 4, 6]})
+    .flat()
+    .map(([x]) => x);
   assert.deepEqual([Math.min(...xs), Math.max(...xs)], [0, 2]);
-  const zs = facesOf({kind: 'sphere', pose, radius: 0.5}).flat().map(([, , z]) => z);
+  const zs = facesOf({kind: 'sphere', pose, radius: 0.5})
+    .flat()
+    .map(([, , z]) => z);
   near([Math.min(...zs), Math.max(...zs)], [-0.5, 0.5]);
   assert.equal(facesOf({kind: 'mesh', pose, scale: [1, 1, 1]}).length, 0);
 });
@@ -81,7 +111,13 @@ test('a binary STL is read, a wrong count is refused', () => {
   const view = new DataView(bytes.buffer);
   view.setUint32(80, 1, true);
   view.setFloat32(84 + 12 + 24, 2.5, true);
-  assert.deepEqual(readStl(bytes), [[[0, 0, 0], [0, 0, 0], [2.5, 0, 0]]]);
+  assert.deepEqual(readStl(bytes), [
+    [
+      [0, 0, 0],
+      [0, 0, 0],
+      [2.5, 0, 0],
+    ],
+  ]);
   view.setUint32(80, 2, true);
   assert.throws(() => readStl(bytes), /no binary STL/);
 });

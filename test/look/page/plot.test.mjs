@@ -41,7 +41,12 @@ test('a series forgets what is old, and all when time goes back', () => {
 
 test('columns keep peaks', () => {
   const series = new Series(100);
-  [[0, 1], [1, 9], [2, 2], [60, 5]].forEach(([time, value]) => series.add(time, value));
+  [
+    [0, 1],
+    [1, 9],
+    [2, 2],
+    [60, 5],
+  ].forEach(([time, value]) => series.add(time, value));
   const columns = series.columns(0, 100, 10);
   assert.deepEqual(columns[0], {low: 1, high: 9, last: 2});
   assert.equal(columns[3], undefined);
@@ -55,7 +60,13 @@ test('ticks are round', () => {
 });
 
 test('writers stand left of their readers, and loops end', () => {
-  const edges = [['camera', 'detector'], ['detector', 'monitor'], ['camera', 'monitor'], ['base', 'ekf'], ['ekf', 'base']].map(([from, to]) => ({from, to}));
+  const edges = [
+    ['camera', 'detector'],
+    ['detector', 'monitor'],
+    ['camera', 'monitor'],
+    ['base', 'ekf'],
+    ['ekf', 'base'],
+  ].map(([from, to]) => ({from, to}));
   const layers = layersOf(['base', 'camera', 'detector', 'ekf', 'monitor', 'alone'].sort(), edges);
   const column = (name) => layers.findIndex((layer) => layer.includes(name));
   assert.ok(column('camera') < column('detector') && column('detector') < column('monitor'));
@@ -65,8 +76,27 @@ test('writers stand left of their readers, and loops end', () => {
 
 test('rates, drops and late readers of two answers', () => {
   const drops = {overwritten: 2n, full: 0n};
-  const stream = (published) => ({name: '/scan', type: 't', published, last_ns: 900000000n, dropped: drops, latency_p99_us: 1500, writers: 1n, readers: 1n});
-  const reader = (lost) => ({topic: '/scan', type: 't', node: '/slow', open: true, waiting: 0n, depth: 5n, lost, deadline_missed: 0n, latency_p99_us: 30000});
+  const stream = (published) => ({
+    name: '/scan',
+    type: 't',
+    published,
+    last_ns: 900000000n,
+    dropped: drops,
+    latency_p99_us: 1500,
+    writers: 1n,
+    readers: 1n,
+  });
+  const reader = (lost) => ({
+    topic: '/scan',
+    type: 't',
+    node: '/slow',
+    open: true,
+    waiting: 0n,
+    depth: 5n,
+    lost,
+    deadline_missed: 0n,
+    latency_p99_us: 30000,
+  });
   const before = {now_ns: 0n, streams: [stream(0n)], readers: [reader(0n)]};
   const after = {now_ns: 1000000000n, streams: [stream(10n)], readers: [reader(3n)]};
   const [row] = streamRows(before, after);

@@ -13,12 +13,27 @@ test('names are shortened', () => {
 });
 
 test('fields, constants and comments', () => {
-  const schema = parseSchema('a/msg/B', ['# about', 'byte OFF=0  # none', 'string NAME = "x y"', 'C[] cs', 'float64[3] v', 'uint8[<=4] few', LINE, 'MSG: a/msg/C',
-    'int64 big 9007199254740993'].join('\n'));
+  const schema = parseSchema(
+    'a/msg/B',
+    [
+      '# about',
+      'byte OFF=0  # none',
+      'string NAME = "x y"',
+      'C[] cs',
+      'float64[3] v',
+      'uint8[<=4] few',
+      LINE,
+      'MSG: a/msg/C',
+      'int64 big 9007199254740993',
+    ].join('\n'),
+  );
   const {fields, constants} = schema.types.get('a/B');
   assert.deepEqual(constants, {OFF: 0, NAME: 'x y'});
-  assert.deepEqual(fields, [{name: 'cs', type: 'a/C', array: 'sequence'}, {name: 'v', type: 'float64', array: 'fixed', length: 3},
-    {name: 'few', type: 'uint8', array: 'sequence', bound: 4}]);
+  assert.deepEqual(fields, [
+    {name: 'cs', type: 'a/C', array: 'sequence'},
+    {name: 'v', type: 'float64', array: 'fixed', length: 3},
+    {name: 'few', type: 'uint8', array: 'sequence', bound: 4},
+  ]);
   assert.equal(schema.types.get('a/C').fields[0].default, 9007199254740993n);
 });
 

@@ -39,4 +39,6 @@ export function schemaText(type) {
   return parts.join('\n');
 }
 
-export function schemaOf(type) { return parseSchema(type, schemaText(type)); }
+export function schemaOf(type) {
+  return parseSchema(type, schemaText(type));
+}

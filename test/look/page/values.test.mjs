@@ -6,21 +6,46 @@ import {findEdge, nanosecondsOf, rulesApart, timeOf} from '../../../components/l
 import {messageOf, parametersOf, parseValue, textOf, valueOf} from '../../../components/look/page/values.js';
 
 test('what is shown can be read back', () => {
-  for (const [type, value] of [[1, true], [2, -9007199254740993n], [3, 0.25], [3, NaN], [3, -Infinity], [4, ' a, b '], [5, [0, 255]], [6, [true, false]], [7, [1n, 2n]],
-    [8, [0.5, 2]], [9, ['a, b', '']], [9, []]]) {
+  for (const [type, value] of [
+    [1, true],
+    [2, -9007199254740993n],
+    [3, 0.25],
+    [3, NaN],
+    [3, -Infinity],
+    [4, ' a, b '],
+    [5, [0, 255]],
+    [6, [true, false]],
+    [7, [1n, 2n]],
+    [8, [0.5, 2]],
+    [9, ['a, b', '']],
+    [9, []],
+  ]) {
     assert.deepEqual(parseValue(type, textOf(type, value)), value);
     assert.deepEqual(valueOf(messageOf(type, value)), value);
   }
 });
 
 test('what is no value is refused', () => {
-  for (const [type, text] of [[1, 'yes'], [2, '1.5'], [2, ''], [3, ''], [3, '1 m'], [5, '256'], [7, '1, x'], [9, '["a", 2]'], [9, '["a"']]) {
+  for (const [type, text] of [
+    [1, 'yes'],
+    [2, '1.5'],
+    [2, ''],
+    [3, ''],
+    [3, '1 m'],
+    [5, '256'],
+    [7, '1, x'],
+    [9, '["a", 2]'],
+    [9, '["a"'],
+  ]) {
     assert.throws(() => parseValue(type, text), `${type} ${text}`);
   }
 });
 
 test('parameters of a service have the types of their values', () => {
-  assert.deepEqual(parametersOf({a: true, b: 1n, c: 1, d: 'x', e: ['y']}).map(({value}) => value.type), [1, 2, 3, 4, 9]);
+  assert.deepEqual(
+    parametersOf({a: true, b: 1n, c: 1, d: 'x', e: ['y']}).map(({value}) => value.type),
+    [1, 2, 3, 4, 9],
+  );
 });
 
 test('both ends of a recording are found to 50 ms', async () => {

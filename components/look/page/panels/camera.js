@@ -22,7 +22,10 @@ export class CameraPanel extends Panel {
   start() {
     this.on(this.connection, 'channels', () => this.list());
     this.list();
-    this.subscribe((channels) => this.pick(channels), (message, topic, time, size) => this.take(message, topic, size));
+    this.subscribe(
+      (channels) => this.pick(channels),
+      (message, topic, time, size) => this.take(message, topic, size),
+    );
   }
 
   stop() {
@@ -70,10 +73,12 @@ export class CameraPanel extends Panel {
 
   describe() {
     const {times} = this;
-    const rate = times.length > 1 ? (times.length - 1) / (times.at(-1) - times[0]) * 1000 : 0;
+    const rate = times.length > 1 ? ((times.length - 1) / (times.at(-1) - times[0])) * 1000 : 0;
     this.width = this.image.naturalWidth;
     setText(this.facts, `${this.width} x ${this.image.naturalHeight}, ${rate.toFixed(1)} images/s, ${(this.bytes / 1024).toFixed(0)} KB each`);
   }
 
-  report() { return {...super.report(), frames: this.frames, width: this.width}; }
+  report() {
+    return {...super.report(), frames: this.frames, width: this.width};
+  }
 }

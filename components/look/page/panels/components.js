@@ -10,7 +10,11 @@ export class ComponentsPanel extends Panel {
   constructor(robot) {
     super(robot, 'components', 'Components');
     const {table: list, body} = table('Components of the container', ['Component', 'State', 'Change']);
-    this.rows = new Rows(body, () => this.makeRow(), (row, component) => this.fillRow(row, component));
+    this.rows = new Rows(
+      body,
+      () => this.makeRow(),
+      (row, component) => this.fillRow(row, component),
+    );
     this.body.append(list, this.loader());
     this.count = 0;
   }
@@ -29,10 +33,17 @@ export class ComponentsPanel extends Panel {
     row.node = row.nameCell.appendChild(element('strong'));
     row.plugin = row.nameCell.appendChild(element('small'));
     row.state = element('td').appendChild(element('span', {class: 'badge'}));
-    row.buttons = Object.fromEntries(TRANSITIONS.map((transition) => [transition,
-      button(transition, () => this.robot.order(`${transition} ${row.component.node}`, 'change_state', {component: row.component.node, transition}))]));
+    row.buttons = Object.fromEntries(
+      TRANSITIONS.map((transition) => [
+        transition,
+        button(transition, () =>
+          this.robot.order(`${transition} ${row.component.node}`, 'change_state', {component: row.component.node, transition}),
+        ),
+      ]),
+    );
     row.unload = button('unload', () => {
-      if (window.confirm(`Unload ${row.component.node}?`)) this.robot.order(`Unload ${row.component.node}`, 'unload_component', {component: row.component.node});
+      if (window.confirm(`Unload ${row.component.node}?`))
+        this.robot.order(`Unload ${row.component.node}`, 'unload_component', {component: row.component.node});
     });
     row.append(row.nameCell, row.state.parentNode, element('td', {class: 'buttons'}, ...Object.values(row.buttons), row.unload));
     return row;
@@ -57,7 +68,12 @@ export class ComponentsPanel extends Panel {
   }
 
   loader() {
-    const what = element('input', {required: true, placeholder: 'pkg::Class, or a name of the launch file', autocomplete: 'off', spellcheck: 'false'});
+    const what = element('input', {
+      required: true,
+      placeholder: 'pkg::Class, or a name of the launch file',
+      autocomplete: 'off',
+      spellcheck: 'false',
+    });
     const name = element('input', {placeholder: 'its own', autocomplete: 'off', spellcheck: 'false'});
     const load = element('button', {type: 'submit'}, 'load');
     const form = element('form', {class: 'row'}, labelled('component', what), labelled('node name', name), load);
@@ -69,5 +85,7 @@ export class ComponentsPanel extends Panel {
     return form;
   }
 
-  report() { return {...super.report(), components: this.count}; }
+  report() {
+    return {...super.report(), components: this.count};
+  }
 }

@@ -14,19 +14,29 @@ export class FaultsPanel extends Panel {
     this.list = element('ul', {class: 'faults'});
     const {table: diagnostics, body} = table('Diagnostics', ['Diagnostics', 'Level', 'Message']);
     this.statuses = new Map();
-    this.rows = new Rows(body, () => {
-      const row = element('tr', {}, element('td'), element('td', {}, element('span', {class: 'badge'})), element('td'));
-      return row;
-    }, (row, status) => this.fillRow(row, status));
+    this.rows = new Rows(
+      body,
+      () => {
+        const row = element('tr', {}, element('td'), element('td', {}, element('span', {class: 'badge'})), element('td'));
+        return row;
+      },
+      (row, status) => this.fillRow(row, status),
+    );
     this.body.append(this.summary, this.list, diagnostics);
   }
 
   start() {
     this.poll('get_faults', {}, 1000, (answer) => this.showFaults(answer));
-    this.subscribe((channels) => ofType(channels, 'diagnostic_msgs/msg/DiagnosticArray', ['/diagnostics'])[0], ({status}) => {
-      for (const one of status) this.statuses.set(one.name, one);
-      this.rows.show([...this.statuses.values()].sort((a, b) => b.level - a.level || (a.name < b.name ? -1 : 1)), ({name}) => name);
-    });
+    this.subscribe(
+      (channels) => ofType(channels, 'diagnostic_msgs/msg/DiagnosticArray', ['/diagnostics'])[0],
+      ({status}) => {
+        for (const one of status) this.statuses.set(one.name, one);
+        this.rows.show(
+          [...this.statuses.values()].sort((a, b) => b.level - a.level || (a.name < b.name ? -1 : 1)),
+          ({name}) => name,
+        );
+      },
+    );
   }
 
   stop() {

@@ -3,7 +3,10 @@ import {layersOf} from '../layers.js';
 import {Panel} from '../panel.js';
 
 const SVG = 'http://www.w3.org/2000/svg';
-const WIDTH = 150, HEIGHT = 34, GAP_X = 70, GAP_Y = 16;
+const WIDTH = 150,
+  HEIGHT = 34,
+  GAP_X = 70,
+  GAP_Y = 16;
 const EVERYBODYS = /(^|\/)(rosout|parameter_events|diagnostics|clock|tf|tf_static|emergency_stop|_[^/]*)$|\/transition_event$/;
 
 function svg(tag, attributes, text) {
@@ -27,8 +30,12 @@ export class GraphPanel extends Panel {
     this.ends.push(this.connection.watchGraph());
     this.on(this.connection, 'graph', () => this.soon());
     this.poll('get_components', {}, 1000, ({components}) => {
-      this.states = new Map(components.map(({node, managed, state, fault, open_faults: open}) =>
-        [node, fault.length + open.length > 0 ? 'bad' : !managed || state.label === 'active' ? 'good' : 'dull']));
+      this.states = new Map(
+        components.map(({node, managed, state, fault, open_faults: open}) => [
+          node,
+          fault.length + open.length > 0 ? 'bad' : !managed || state.label === 'active' ? 'good' : 'dull',
+        ]),
+      );
       this.soon();
     });
   }
@@ -85,8 +92,11 @@ export class GraphPanel extends Panel {
     for (const name of names) {
       const [x, y] = at.get(name);
       const box = svg('g', {class: `node ${this.states.get(name) ?? 'other'}`});
-      box.append(svg('title', {}, name), svg('rect', {x, y, width: WIDTH, height: HEIGHT, rx: 6}),
-        svg('text', {x: x + WIDTH / 2, y: y + HEIGHT / 2 + 4, 'text-anchor': 'middle'}, name.length > 22 ? `…${name.slice(-21)}` : name));
+      box.append(
+        svg('title', {}, name),
+        svg('rect', {x, y, width: WIDTH, height: HEIGHT, rx: 6}),
+        svg('text', {x: x + WIDTH / 2, y: y + HEIGHT / 2 + 4, 'text-anchor': 'middle'}, name.length > 22 ? `…${name.slice(-21)}` : name),
+      );
       this.picture.append(box);
     }
   }

@@ -3,7 +3,13 @@ import {button, element, select, setText} from '../dom.js';
 import {Panel} from '../panel.js';
 import {ofType} from '../scene.js';
 
-const LEVELS = [[10, 'DEBUG'], [20, 'INFO'], [30, 'WARN'], [40, 'ERROR'], [50, 'FATAL']];
+const LEVELS = [
+  [10, 'DEBUG'],
+  [20, 'INFO'],
+  [30, 'WARN'],
+  [40, 'ERROR'],
+  [50, 'FATAL'],
+];
 const MOST = 500;
 
 /** Lines of /rosout, with a filter by level and words. */
@@ -14,16 +20,23 @@ export class LogsPanel extends Panel {
     this.level = select(LEVELS, {'aria-label': 'Lowest level', onchange: () => this.draw()});
     this.level.value = '20';
     this.filter = element('input', {type: 'search', placeholder: 'node or words', 'aria-label': 'Filter of lines', oninput: () => this.draw()});
-    this.tools.append(this.level, this.filter, button('clear', () => {
-      this.lines = [];
-      this.draw();
-    }));
+    this.tools.append(
+      this.level,
+      this.filter,
+      button('clear', () => {
+        this.lines = [];
+        this.draw();
+      }),
+    );
     this.list = element('ol', {class: 'log', 'aria-live': 'off'});
     this.body.append(this.list);
   }
 
   start() {
-    this.subscribe((channels) => ofType(channels, 'rcl_interfaces/msg/Log', ['/rosout'])[0], (message) => this.take(message));
+    this.subscribe(
+      (channels) => ofType(channels, 'rcl_interfaces/msg/Log', ['/rosout'])[0],
+      (message) => this.take(message),
+    );
     this.draw();
   }
 
@@ -43,8 +56,19 @@ export class LogsPanel extends Panel {
   add({level, name, msg, time}) {
     const atEnd = this.body.scrollHeight - this.body.scrollTop - this.body.clientHeight < 30;
     const word = LEVELS.find(([number]) => number >= level)?.[1] ?? String(level);
-    this.list.append(element('li', {class: word.toLowerCase()}, element('time', {}, time.toLocaleTimeString('en-GB')), ' ', element('b', {}, word), ' ',
-      element('span', {class: 'from'}, name), ' ', msg));
+    this.list.append(
+      element(
+        'li',
+        {class: word.toLowerCase()},
+        element('time', {}, time.toLocaleTimeString('en-GB')),
+        ' ',
+        element('b', {}, word),
+        ' ',
+        element('span', {class: 'from'}, name),
+        ' ',
+        msg,
+      ),
+    );
     if (atEnd) this.body.scrollTop = this.body.scrollHeight;
   }
 

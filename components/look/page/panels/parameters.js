@@ -36,7 +36,10 @@ export class ParametersPanel extends Panel {
   }
 
   listNodes() {
-    const names = [...this.connection.services.keys()].filter((name) => name.endsWith(LIST)).map((name) => name.slice(0, -LIST.length)).sort();
+    const names = [...this.connection.services.keys()]
+      .filter((name) => name.endsWith(LIST))
+      .map((name) => name.slice(0, -LIST.length))
+      .sort();
     if (names.join() !== this.listed) {
       this.listed = names.join();
       this.nodes.replaceChildren(...names.map((name) => element('option', {value: name}, name)));
@@ -75,7 +78,9 @@ export class ParametersPanel extends Panel {
       const {values} = await this.connection.call(`${node}/get_parameters`, {names});
       if (this.node !== node) return;
       this.touch();
-      names.forEach((name, i) => { if (values[i]) this.fill(this.entries.get(name), values[i]); });
+      names.forEach((name, i) => {
+        if (values[i]) this.fill(this.entries.get(name), values[i]);
+      });
     } catch (problem) {
       this.say(problem.message);
     }
@@ -91,7 +96,12 @@ export class ParametersPanel extends Panel {
     const id = `parameter-${name}`;
     const limits = descriptor.floating_point_range[0] ?? descriptor.integer_range[0];
     const entry = {descriptor, type, limits: limits && [Number(limits.from_value), Number(limits.to_value)]};
-    entry.input = element('input', type === 1 ? {id, type: 'checkbox'} : {id, type: 'text', spellcheck: 'false', autocomplete: 'off', inputmode: type === 2 || type === 3 ? 'decimal' : 'text'});
+    entry.input = element(
+      'input',
+      type === 1
+        ? {id, type: 'checkbox'}
+        : {id, type: 'text', spellcheck: 'false', autocomplete: 'off', inputmode: type === 2 || type === 3 ? 'decimal' : 'text'},
+    );
     entry.input.addEventListener('change', () => this.set(entry, type === 1 ? entry.input.checked : null));
     const isSlid = limits && Number.isFinite(entry.limits[0]) && entry.limits[1] - entry.limits[0] < 1e6;
     if (isSlid) {
@@ -102,10 +112,22 @@ export class ParametersPanel extends Panel {
         this.set(entry, null);
       });
     }
-    const words = [TYPES[type], entry.limits ? `${entry.limits[0]} to ${entry.limits[1]}` : '', descriptor.read_only ? 'read only' : '', descriptor.additional_constraints];
+    const words = [
+      TYPES[type],
+      entry.limits ? `${entry.limits[0]} to ${entry.limits[1]}` : '',
+      descriptor.read_only ? 'read only' : '',
+      descriptor.additional_constraints,
+    ];
     entry.state = element('small', {class: 'bad', role: 'status'});
-    entry.row = element('div', {class: 'parameter'}, element('label', {for: id, title: description}, name), entry.input, entry.slider ?? null,
-      element('small', {}, `${description} (${words.filter(Boolean).join(', ')})`), entry.state);
+    entry.row = element(
+      'div',
+      {class: 'parameter'},
+      element('label', {for: id, title: description}, name),
+      entry.input,
+      entry.slider ?? null,
+      element('small', {}, `${description} (${words.filter(Boolean).join(', ')})`),
+      entry.state,
+    );
     this.enable(entry);
     return entry;
   }
@@ -120,7 +142,7 @@ export class ParametersPanel extends Panel {
   fill(entry, message) {
     if (message.type !== 0) entry.type = message.type;
     const value = valueOf(message);
-    if (document.activeElement === entry.input || document.activeElement === entry.slider) return;  // the user is writing
+    if (document.activeElement === entry.input || document.activeElement === entry.slider) return; // the user is writing
     if (entry.input.type === 'checkbox') entry.input.checked = value === true;
     else entry.input.value = textOf(entry.type, value);
     if (entry.slider && value !== undefined) entry.slider.value = String(value);
@@ -131,7 +153,8 @@ export class ParametersPanel extends Panel {
     setText(entry.state, '');
     try {
       const value = given ?? parseValue(entry.type, entry.input.value);
-      if (entry.limits && (Number(value) < entry.limits[0] || Number(value) > entry.limits[1])) throw new Error(`it must be from ${entry.limits[0]} to ${entry.limits[1]}`);
+      if (entry.limits && (Number(value) < entry.limits[0] || Number(value) > entry.limits[1]))
+        throw new Error(`it must be from ${entry.limits[0]} to ${entry.limits[1]}`);
       const {results} = await this.connection.call(`${this.node}/set_parameters`, {parameters: [{name, value: messageOf(entry.type, value)}]});
       if (!results[0].successful) throw new Error(results[0].reason || 'the node refuses it');
       entry.input.blur();
@@ -144,5 +167,7 @@ export class ParametersPanel extends Panel {
     await this.refresh();
   }
 
-  report() { return {...super.report(), node: this.node, parameters: this.entries.size}; }
+  report() {
+    return {...super.report(), node: this.node, parameters: this.entries.size};
+  }
 }

@@ -11,17 +11,24 @@ const NAMES_TEXT = 'text/plain';
 export class PlotsPanel extends Panel {
   constructor(robot) {
     super(robot, 'plots', 'Plots');
-    this.lines = [];   // {topic, path, series, colour, last}
+    this.lines = []; // {topic, path, series, colour, last}
     this.isHeld = false;
     this.canvas = element('canvas', {role: 'img', 'aria-label': 'Plot of the chosen fields. The values are in the list below it.'});
     this.legend = element('ul', {class: 'plot-legend'});
     this.tree = element('div', {class: 'tree', 'aria-label': 'Fields'});
     this.filter = element('input', {type: 'search', placeholder: 'topic', 'aria-label': 'Filter of topics', oninput: () => this.listTopics()});
-    this.hold = button('hold', () => {
-      this.isHeld = !this.isHeld;
-      this.hold.setAttribute('aria-pressed', String(this.isHeld));
-    }, {'aria-pressed': 'false'});
-    this.tools.append(this.hold, button('clear', () => this.lines.slice().forEach((line) => this.remove(line))));
+    this.hold = button(
+      'hold',
+      () => {
+        this.isHeld = !this.isHeld;
+        this.hold.setAttribute('aria-pressed', String(this.isHeld));
+      },
+      {'aria-pressed': 'false'},
+    );
+    this.tools.append(
+      this.hold,
+      button('clear', () => this.lines.slice().forEach((line) => this.remove(line))),
+    );
     const drop = element('div', {class: 'plot-area'}, this.canvas, this.legend);
     drop.addEventListener('dragover', (event) => event.preventDefault());
     drop.addEventListener('drop', (event) => {
@@ -41,7 +48,9 @@ export class PlotsPanel extends Panel {
     for (const line of this.lines) this.follow(line);
     this.frames(() => this.draw());
     if (this.lines.length === 0) this.addFirst();
-    this.on(this.connection, 'channels', () => { if (this.lines.length === 0) this.addFirst(); });
+    this.on(this.connection, 'channels', () => {
+      if (this.lines.length === 0) this.addFirst();
+    });
   }
 
   stop() {
@@ -51,7 +60,9 @@ export class PlotsPanel extends Panel {
 
   /** The plot is not empty at first: the speed of the odometry. */
   addFirst() {
-    const channel = [...this.connection.channels.values()].filter(({schemaName}) => schemaName === 'nav_msgs/msg/Odometry').sort((a, b) => (a.topic < b.topic ? -1 : 1))[0];
+    const channel = [...this.connection.channels.values()]
+      .filter(({schemaName}) => schemaName === 'nav_msgs/msg/Odometry')
+      .sort((a, b) => (a.topic < b.topic ? -1 : 1))[0];
     if (!channel) return;
     this.add(channel.topic, 'twist.twist.linear.x');
     this.add(channel.topic, 'twist.twist.angular.z');
@@ -59,18 +70,22 @@ export class PlotsPanel extends Panel {
 
   listTopics() {
     const word = this.filter.value.trim().toLowerCase();
-    const names = [...new Set([...this.connection.channels.values()].map(({topic}) => topic))].sort().filter((topic) => topic.toLowerCase().includes(word));
+    const names = [...new Set([...this.connection.channels.values()].map(({topic}) => topic))]
+      .sort()
+      .filter((topic) => topic.toLowerCase().includes(word));
     if (names.join() === this.listed) return;
     this.listed = names.join();
-    this.tree.replaceChildren(...names.map((topic) => {
-      const details = element('details', {}, element('summary', {}, topic));
-      details.addEventListener('toggle', () => {
-        if (!details.open || details.children.length > 1) return;
-        const channel = [...this.connection.channels.values()].find((one) => one.topic === topic);
-        if (channel) details.append(this.branch(topic, fieldTree(this.connection.schemaOf(channel))));
-      });
-      return details;
-    }));
+    this.tree.replaceChildren(
+      ...names.map((topic) => {
+        const details = element('details', {}, element('summary', {}, topic));
+        details.addEventListener('toggle', () => {
+          if (!details.open || details.children.length > 1) return;
+          const channel = [...this.connection.channels.values()].find((one) => one.topic === topic);
+          if (channel) details.append(this.branch(topic, fieldTree(this.connection.schemaOf(channel))));
+        });
+        return details;
+      }),
+    );
   }
 
   branch(topic, nodes) {
@@ -82,7 +97,9 @@ export class PlotsPanel extends Panel {
         list.append(element('li', {}, leaf));
       } else {
         const details = element('details', {}, element('summary', {}, name));
-        details.addEventListener('toggle', () => { if (details.open && details.children.length === 1) details.append(this.branch(topic, children)); });
+        details.addEventListener('toggle', () => {
+          if (details.open && details.children.length === 1) details.append(this.branch(topic, children));
+        });
         list.append(element('li', {}, details));
       }
     }
@@ -96,7 +113,14 @@ export class PlotsPanel extends Panel {
     line.value = element('output');
     const swatch = element('span', {class: 'swatch'});
     swatch.style.background = `var(${free})`;
-    line.row = element('li', {}, swatch, element('span', {}, `${topic} ${path}`), line.value, button('×', () => this.remove(line), {'aria-label': `Remove ${topic} ${path}`, class: 'small'}));
+    line.row = element(
+      'li',
+      {},
+      swatch,
+      element('span', {}, `${topic} ${path}`),
+      line.value,
+      button('×', () => this.remove(line), {'aria-label': `Remove ${topic} ${path}`, class: 'small'}),
+    );
     this.lines.push(line);
     this.legend.append(line.row);
     if (this.isShown) this.follow(line);
@@ -125,5 +149,7 @@ export class PlotsPanel extends Panel {
     for (const {value, last} of this.lines) setText(value, Number.isNaN(last) ? 'none' : String(Number(last.toPrecision(5))));
   }
 
-  report() { return {...super.report(), lines: this.lines.map(({topic, path, series}) => ({topic, path, points: series.times.length}))}; }
+  report() {
+    return {...super.report(), lines: this.lines.map(({topic, path, series}) => ({topic, path, points: series.times.length}))};
+  }
 }

@@ -12,15 +12,30 @@ export class RecordPanel extends Panel {
     super(robot, 'record', 'Record');
     this.topics = element('input', {placeholder: 'all', autocomplete: 'off', spellcheck: 'false'});
     this.folder = element('input', {placeholder: 'rosbag2_ and the time', autocomplete: 'off', spellcheck: 'false'});
-    this.compression = select([['zstd', 'zstd'], ['lz4', 'lz4'], ['none', 'none']]);
+    this.compression = select([
+      ['zstd', 'zstd'],
+      ['lz4', 'lz4'],
+      ['none', 'none'],
+    ]);
     this.begin = element('button', {type: 'submit', class: 'record'}, '● record');
-    const form = element('form', {class: 'row'}, labelled('topics', this.topics), labelled('folder', this.folder), labelled('compression', this.compression), this.begin);
+    const form = element(
+      'form',
+      {class: 'row'},
+      labelled('topics', this.topics),
+      labelled('folder', this.folder),
+      labelled('compression', this.compression),
+      this.begin,
+    );
     form.addEventListener('submit', (event) => {
       event.preventDefault();
       this.record();
     });
     this.running = element('div', {class: 'cards'});
-    this.rows = new Rows(this.running, (component) => this.makeCard(component), (card, component) => this.fillCard(card, component));
+    this.rows = new Rows(
+      this.running,
+      (component) => this.makeCard(component),
+      (card, component) => this.fillCard(card, component),
+    );
     this.body.append(form, this.running);
     this.guard(this.begin);
     this.figures = new Map();
@@ -32,10 +47,13 @@ export class RecordPanel extends Panel {
       this.components = components.filter(({plugin}) => plugin === PLUGIN);
       this.draw();
     });
-    this.subscribe((channels) => ofType(channels, 'diagnostic_msgs/msg/DiagnosticArray', ['/diagnostics'])[0], ({status}) => {
-      for (const one of status) if (/: recording$/.test(one.name)) this.figures.set(one.name.replace(/: recording$/, ''), one);
-      this.draw();
-    });
+    this.subscribe(
+      (channels) => ofType(channels, 'diagnostic_msgs/msg/DiagnosticArray', ['/diagnostics'])[0],
+      ({status}) => {
+        for (const one of status) if (/: recording$/.test(one.name)) this.figures.set(one.name.replace(/: recording$/, ''), one);
+        this.draw();
+      },
+    );
   }
 
   draw() {
@@ -66,5 +84,7 @@ export class RecordPanel extends Panel {
     card.end.title = this.robot.whyNot;
   }
 
-  report() { return {...super.report(), recordings: this.components.length}; }
+  report() {
+    return {...super.report(), recordings: this.components.length};
+  }
 }

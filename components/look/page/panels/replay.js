@@ -16,8 +16,14 @@ export class ReplayPanel extends Panel {
     this.topics = element('input', {placeholder: 'all', autocomplete: 'off', spellcheck: 'false'});
     this.apart = element('input', {type: 'checkbox', checked: true});
     this.open = element('button', {type: 'submit'}, 'open');
-    const form = element('form', {class: 'row'}, labelled('recording', this.path), labelled('topics', this.topics),
-      labelled(`put topics that exist below ${PREFIX}`, this.apart, {class: 'check'}), this.open);
+    const form = element(
+      'form',
+      {class: 'row'},
+      labelled('recording', this.path),
+      labelled('topics', this.topics),
+      labelled(`put topics that exist below ${PREFIX}`, this.apart, {class: 'check'}),
+      this.open,
+    );
     form.addEventListener('submit', (event) => {
       event.preventDefault();
       this.load();
@@ -25,8 +31,17 @@ export class ReplayPanel extends Panel {
     this.toggle = button('▶ play', () => this.pause(!this.isPaused));
     this.slider = element('input', {type: 'range', min: 0, max: 1, step: 0.05, value: 0, 'aria-label': 'Position in seconds'});
     this.slider.addEventListener('input', () => this.scrub());
-    this.rate = select([['0.1', '0.1 x'], ['0.5', '0.5 x'], ['1', '1 x'], ['2', '2 x'], ['5', '5 x'], ['10', '10 x']],
-      {'aria-label': 'Rate', onchange: () => this.robot.order('Rate', this.service('set_rate'), {rate: Number(this.rate.value)})});
+    this.rate = select(
+      [
+        ['0.1', '0.1 x'],
+        ['0.5', '0.5 x'],
+        ['1', '1 x'],
+        ['2', '2 x'],
+        ['5', '5 x'],
+        ['10', '10 x'],
+      ],
+      {'aria-label': 'Rate', onchange: () => this.robot.order('Rate', this.service('set_rate'), {rate: Number(this.rate.value)})},
+    );
     this.rate.value = '1';
     this.close = button('close', () => this.robot.order('Close the recording', 'unload_component', {component: this.node}));
     this.where = element('output', {class: 'facts'});
@@ -40,12 +55,18 @@ export class ReplayPanel extends Panel {
 
   start() {
     this.poll('get_components', {}, 1000, ({components}) => this.take(components.find(({plugin}) => plugin === PLUGIN)));
-    this.subscribe((channels) => channels.find(({topic, schemaName}) => schemaName === 'rosgraph_msgs/msg/Clock' && topic === `${this.node}/clock`),
-      ({clock}) => this.noteTime(nanosecondsOf(clock)));
-    this.on(this.connection, 'services', () => { if (this.node) this.ask(); });
+    this.subscribe(
+      (channels) => channels.find(({topic, schemaName}) => schemaName === 'rosgraph_msgs/msg/Clock' && topic === `${this.node}/clock`),
+      ({clock}) => this.noteTime(nanosecondsOf(clock)),
+    );
+    this.on(this.connection, 'services', () => {
+      if (this.node) this.ask();
+    });
   }
 
-  service(name) { return `${this.node}/${name}`; }
+  service(name) {
+    return `${this.node}/${name}`;
+  }
 
   load() {
     const named = this.topics.value.split(/[\s,]+/).filter(Boolean);
@@ -69,7 +90,7 @@ export class ReplayPanel extends Panel {
     this.begin = this.end = null;
     this.isPaused = false;
     this.say(node ? 'Looking for the beginning and the end ...' : '');
-    this.connection.rejoin();  // the clock has the player's name
+    this.connection.rejoin(); // the clock has the player's name
   }
 
   /** A time that is played leads to the beginning and the end. Without the right to operate, what was seen is all that is known. */
@@ -151,7 +172,12 @@ export class ReplayPanel extends Panel {
   }
 
   report() {
-    return {...super.report(), node: this.node, paused: this.isPaused, length: this.end ? Number(this.end - this.begin) * 1e-9 : null,
-      position: this.begin ? Number(this.now - this.begin) * 1e-9 : null};
+    return {
+      ...super.report(),
+      node: this.node,
+      paused: this.isPaused,
+      length: this.end ? Number(this.end - this.begin) * 1e-9 : null,
+      position: this.begin ? Number(this.now - this.begin) * 1e-9 : null,
+    };
   }
 }

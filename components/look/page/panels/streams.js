@@ -12,7 +12,11 @@ export class StreamsPanel extends Panel {
     this.tools.append(this.filter, element('label', {class: 'check'}, element('span', {}, 'unused'), this.idle));
     const {table: list, body} = table('Streams', ['Topic', 'Hz', 'Age', 'Drops', 'p99', 'Late']);
     list.classList.add('numbers');
-    this.rows = new Rows(body, () => this.makeRow(), (row, stream) => this.fillRow(row, stream));
+    this.rows = new Rows(
+      body,
+      () => this.makeRow(),
+      (row, stream) => this.fillRow(row, stream),
+    );
     this.body.append(list);
     this.streams = [];
   }
@@ -29,8 +33,13 @@ export class StreamsPanel extends Panel {
 
   draw() {
     const word = this.filter.value.trim().toLowerCase();
-    const shown = this.streams.filter(({name, type, published}) => (published > 0 || this.idle.checked) && `${name} ${type}`.toLowerCase().includes(word));
-    this.rows.show(shown.sort((a, b) => (a.key < b.key ? -1 : 1)), ({key}) => key);
+    const shown = this.streams.filter(
+      ({name, type, published}) => (published > 0 || this.idle.checked) && `${name} ${type}`.toLowerCase().includes(word),
+    );
+    this.rows.show(
+      shown.sort((a, b) => (a.key < b.key ? -1 : 1)),
+      ({key}) => key,
+    );
   }
 
   makeRow() {
@@ -41,7 +50,14 @@ export class StreamsPanel extends Panel {
 
   fillRow(row, {name, type, rate, age, dropped, causes, p99, late}) {
     const seconds = (value) => (value < 10 ? `${value.toFixed(2)} s` : `${value.toFixed(0)} s`);
-    const texts = [name, Number.isNaN(rate) ? '' : rate.toFixed(1), Number.isNaN(age) ? '' : seconds(age), dropped || '', p99 > 0 ? `${p99.toFixed(2)} ms` : '', late];
+    const texts = [
+      name,
+      Number.isNaN(rate) ? '' : rate.toFixed(1),
+      Number.isNaN(age) ? '' : seconds(age),
+      dropped || '',
+      p99 > 0 ? `${p99.toFixed(2)} ms` : '',
+      late,
+    ];
     texts.forEach((text, i) => setText(row.cells6[i], String(text)));
     row.cells6[0].title = type;
     row.cells6[3].title = causes;

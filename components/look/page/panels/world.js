@@ -14,24 +14,39 @@ export class WorldPanel extends Panel {
     this.views = {'2D': new View2d(), '3D': new View3d()};
     this.which = '2D';
     this.options = {follow: true, names: false};
-    this.canvas = element('canvas', {tabindex: 0, role: 'img', 'aria-label': 'The robot in its world. Drag to move, pinch or use the wheel to zoom.'});
+    this.canvas = element('canvas', {
+      tabindex: 0,
+      role: 'img',
+      'aria-label': 'The robot in its world. Drag to move, pinch or use the wheel to zoom.',
+    });
     this.legend = element('div', {class: 'legend'});
     this.body.append(this.canvas, this.legend);
     this.switches = Object.keys(this.views).map((name) => button(name, () => this.choose(name), {'aria-pressed': String(name === this.which)}));
     const check = (word, text) => {
-      const input = element('input', {type: 'checkbox', checked: this.options[word], onchange: () => {
-        this.options[word] = input.checked;
-        this.dirty = true;
-      }});
+      const input = element('input', {
+        type: 'checkbox',
+        checked: this.options[word],
+        onchange: () => {
+          this.options[word] = input.checked;
+          this.dirty = true;
+        },
+      });
       this[`${word}Input`] = input;
       return labelled(text, input, {class: 'check'});
     };
-    this.tools.append(...this.switches, check('follow', 'follow'), check('names', 'frames'), button('clear path', () => this.scene.clearPaths()));
+    this.tools.append(
+      ...this.switches,
+      check('follow', 'follow'),
+      check('names', 'frames'),
+      button('clear path', () => this.scene.clearPaths()),
+    );
     this.pointers = new Map();
     this.listen();
   }
 
-  get view() { return this.views[this.which]; }
+  get view() {
+    return this.views[this.which];
+  }
 
   choose(name) {
     this.which = name;
@@ -70,7 +85,7 @@ export class WorldPanel extends Panel {
   describe() {
     const rows = [...this.scene.paths].map(([topic, path]) => {
       const {p, q} = path.pose;
-      const text = `${topic}  x ${p[0].toFixed(2)}  y ${p[1].toFixed(2)} m  ${(yawOf(q) * 180 / Math.PI).toFixed(0)}°`;
+      const text = `${topic}  x ${p[0].toFixed(2)}  y ${p[1].toFixed(2)} m  ${((yawOf(q) * 180) / Math.PI).toFixed(0)}°`;
       return {colour: path.colour, text};
     });
     while (this.legend.children.length > rows.length) this.legend.lastChild.remove();
@@ -83,10 +98,14 @@ export class WorldPanel extends Panel {
 
   listen() {
     const {canvas} = this;
-    canvas.addEventListener('wheel', (event) => {
-      event.preventDefault();
-      this.zoom(Math.exp(-event.deltaY * 0.0015));
-    }, {passive: false});
+    canvas.addEventListener(
+      'wheel',
+      (event) => {
+        event.preventDefault();
+        this.zoom(Math.exp(-event.deltaY * 0.0015));
+      },
+      {passive: false},
+    );
     canvas.addEventListener('pointerdown', (event) => {
       canvas.setPointerCapture(event.pointerId);
       this.pointers.set(event.pointerId, event);
@@ -118,7 +137,7 @@ export class WorldPanel extends Panel {
 
   drag(dx, dy) {
     if (this.which === '2D' && this.options.follow) {
-      this.options.follow = false;  // else the robot would go back to the middle
+      this.options.follow = false; // else the robot would go back to the middle
       this.followInput.checked = false;
     }
     this.view.drag(dx, dy);
@@ -135,7 +154,17 @@ export class WorldPanel extends Panel {
     const first = [...this.scene.paths.values()][0];
     const isWhole = counts.tf > 0 && counts.scan > 0 && counts.odometry > 0 && counts.description > 0;
     const shown = super.report();
-    return {...shown, live: shown.live && isWhole, counts: {...counts}, frames: this.scene.tf.size, paths: [...this.scene.paths.keys()], base, fixed,
-      position: first ? first.pose.p : null, speed: first ? first.twist.linear.x : null, hasOutline: Boolean(this.scene.outline())};
+    return {
+      ...shown,
+      live: shown.live && isWhole,
+      counts: {...counts},
+      frames: this.scene.tf.size,
+      paths: [...this.scene.paths.keys()],
+      base,
+      fixed,
+      position: first ? first.pose.p : null,
+      speed: first ? first.twist.linear.x : null,
+      hasOutline: Boolean(this.scene.outline()),
+    };
   }
 }
