@@ -5,7 +5,7 @@
 usage: bench.py --programs FOLDER [--json FILE] [--record] [NAME]
 
 NAME: only the benchmarks whose name contains it (m1-inline, m8, robot, ...). --record writes the figures of all benchmarks into the
-table of docs/performance.md; those of `footprint`, which runs only when it is named, into docs/footprint.md. Being slow is no failure: the
+table of docs/performance.md; those of `footprint`, which runs only when it is named (as `look` does), into docs/footprint.md. Being slow is no failure: the
 exit code is 1 only when a program crashes.
 """
 import argparse
@@ -21,6 +21,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from footprint import footprint  # noqa: E402  (python3 -I leaves this folder out of the path)
 from goals import BENCHMARKS, ON_REQUEST  # noqa: E402
+from look import look  # noqa: E402
 from measure import Crash, Programs  # noqa: E402
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/performance.md"
@@ -97,7 +98,7 @@ def main():
     if asked.record and asked.name not in PAGES:
         words.error("--record takes all benchmarks (leave NAME out) or `footprint`")
     where = place() if asked.record else ""  # of the tree that runs, before this writes into it
-    known = BENCHMARKS if not asked.name else BENCHMARKS | ON_REQUEST | {"footprint": footprint}
+    known = BENCHMARKS if not asked.name else BENCHMARKS | ON_REQUEST | {"footprint": footprint, "look": look}
     chosen = {name: run for name, run in known.items() if asked.name.lower() in name}
     if not chosen:
         print(f"no benchmark is named like '{asked.name}'; there are: {', '.join(known)}", file=sys.stderr)

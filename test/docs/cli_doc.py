@@ -124,6 +124,7 @@ EXAMPLES = (
     Example("security create-permission keys /robot policy.xml"),
     Example("estop set"),
     Example("estop release"),
+    Example("look --port 8089", ends=2, prints="/#token="),
     Example("bag record -a --for 2 -o drive"),
     Example("bag play docs/examples/recordings/talker.mcap --topics /chatter -r 10"),
     Example("bag info docs/examples/recordings/talker.mcap"),

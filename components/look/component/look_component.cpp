@@ -59,15 +59,19 @@ LookComponent::LookComponent(const NodeOptions& options) : LifecycleNode("look",
                 "max_kbit_per_s", 16000,
                 counted("Messages to each viewer; 0: as fast as its connection takes them.", 0, 10'000'000)));
   options_.access.allowed_hosts = declare_parameter<std::vector<std::string>>(
-      "allowed_hosts", {machine(), machine() + ".local"},
-      fixed("Names of this machine that may stand in a browser's address bar."));
+      "allowed_hosts", {}, fixed("Other names of this machine that may stand in a browser's address bar."));
+  for (const char* const suffix : {"", ".local"}) options_.access.allowed_hosts.push_back(machine() + suffix);
   options_.access.allowed_origins = declare_parameter<std::vector<std::string>>(
       "allowed_origins", {"https://app.foxglove.dev"}, fixed("Other viewers' pages that may connect."));
   options_.asset_folders = declare_parameter<std::vector<std::string>>(
-      "asset_folders", usual_asset_folders(),
-      fixed("Folders in which packages have theirs: for meshes of a robot's description."));
-  link_path_ = declare_parameter("link_file", LinkFile::path_for(get_fully_qualified_name()),
-                                 fixed("Has the links while it is active."));
+      "asset_folders", {},
+      fixed("Folders in which packages have theirs, beside ROS's: for meshes of a robot's description."));
+  for (const std::string& folder : usual_asset_folders()) options_.asset_folders.push_back(folder);
+  declare_parameter(
+      "link_file", "",
+      ParameterDescriptor{"The file with the links. Empty: one in the user's folder under /run, which is named here "
+                          "while the server is active.",
+                          "", false, false, std::nullopt, std::nullopt});
   options_.name = get_namespace() == "/" ? machine() : get_namespace();
   options_.has_sim_time = get_parameter("use_sim_time").as_bool();
 }
@@ -100,8 +104,11 @@ CallbackReturn LookComponent::on_activate(const State&) {
   auto server =
       LookServer::start(*this, {host(), get_fully_qualified_name()}, GenericServices{host()}, std::move(options));
   if (!server) return refuse(server.error());
-  auto file = LinkFile::write(link_path_, links((*server)->port(), access));
+  std::string path = get_parameter("link_file").as_string();
+  if (path.empty()) path = LinkFile::path_for(get_fully_qualified_name());
+  auto file = LinkFile::write(path, links((*server)->port(), access));
   if (!file) return refuse(file.error());
+  set_parameter({"link_file", path});
   link_file_.emplace(std::move(*file));
   server_ = std::move(*server);
   get_logger().info("the robot can be seen at {}, port {}: `nacelle look` prints the link", options_.web.address,

@@ -29,7 +29,6 @@ class LookComponent final : public LifecycleNode {
   [[nodiscard]] std::string links(std::uint16_t port, const Access::Options& access) const;
 
   LookServer::Options options_;
-  std::string link_path_;
   std::optional<LinkFile> link_file_;
   std::unique_ptr<LookServer> server_;
 };

@@ -158,10 +158,11 @@ void LookServer::follow_changes() {
   const auto services = services_->take_changes();
   graph_changed_ = true;
   for (auto& [id, viewer] : viewers_) {
+    Viewer& one = *viewer;
     for (const std::uint32_t gone : topics.gone) {
-      std::erase_if(viewer->subscriptions, [&](const auto& entry) {
+      std::erase_if(one.subscriptions, [&](const auto& entry) {
         if (entry.second != gone) return false;
-        viewer->outbox.forget(entry.first);
+        one.outbox.forget(entry.first);
         return true;
       });
     }
@@ -362,7 +363,7 @@ void LookServer::take(ViewerId id, Viewer& viewer, const ServiceCall& message) {
 // --- parameters, graph, assets -------------------------------------------------------------------------------------------------
 
 ParameterQuestions::Take LookServer::parameter_answer(ViewerId id, const std::string& question) {
-  return [this, id, question](nlohmann::json parameters, std::vector<std::string> problems) {
+  return [this, id, question](nlohmann::json parameters, const std::vector<std::string>& problems) {
     for (const std::string& problem : problems) say_later(id, status(StatusLevel::Warning, problem));
     say_later(id, parameter_values(std::move(parameters), question));
   };

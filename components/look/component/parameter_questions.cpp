@@ -132,7 +132,7 @@ void ParameterQuestions::answered(const Shared& question) {
 
 void ParameterQuestions::end(Question& question) {
   question.is_over = true;
-  question.take(std::move(question.parameters), std::move(question.problems));
+  question.take(std::move(question.parameters), question.problems);
 }
 
 bool ParameterQuestions::look_at_time(MonotonicTime now) {

@@ -24,7 +24,7 @@ class ParameterQuestions {
   explicit ParameterQuestions(RobotRequests& requests) : requests_(requests) {}
 
   /// `parameters`: in the protocol's form; `problems`: what could not be done, in words.
-  using Take = std::function<void(nlohmann::json parameters, std::vector<std::string> problems)>;
+  using Take = std::function<void(nlohmann::json parameters, const std::vector<std::string>& problems)>;
   /// `names` empty: all parameters of `nodes`.
   void get(const std::vector<std::string>& names, const std::vector<std::string>& nodes, MonotonicTime now, Take take);
   /// Sets them, and hands over what they are then.

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "image_proc/model/picture.hpp"
+#include "nacelle/msgs/message_type.hpp"
 
 namespace nacelle::look {
 namespace {

@@ -44,10 +44,10 @@ class TopicStreams final : private GraphListener {
   /// Adds who publishes and subscribes to what.
   void add_to(ConnectionGraph& graph) const;
 
-  [[nodiscard]] bool has(std::uint32_t channel) const { return channels_.contains(channel); }
+  [[nodiscard]] bool has(std::uint32_t id) const { return channels_.contains(id); }
   /// From now on take_messages() gives its messages. Returns those that its publishers keep for late subscribers.
-  [[nodiscard]] std::vector<std::shared_ptr<const Encoded>> subscribe(std::uint32_t channel);
-  void unsubscribe(std::uint32_t channel);
+  [[nodiscard]] std::vector<std::shared_ptr<const Encoded>> subscribe(std::uint32_t id);
+  void unsubscribe(std::uint32_t id);
   /// Hands over the messages that have come since the last call.
   void take_messages(const std::function<void(std::uint32_t channel, const std::shared_ptr<const Encoded>&)>& take);
   /// Why pictures of a channel cannot be made; said once.
@@ -90,6 +90,7 @@ class TopicStreams final : private GraphListener {
   const std::function<std::uint64_t()> now_;
   NoListener no_listener_;
   PictureMaker pictures_;
+  bool makes_pictures_now_ = false;
   std::optional<std::string> complaint_;
   std::set<std::string> complained_;
   std::map<std::uint64_t, EndpointInfo> endpoints_;

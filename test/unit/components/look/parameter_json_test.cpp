@@ -4,14 +4,11 @@
 #include <gtest/gtest.h>
 
 #include "look/component/parameter_questions.hpp"
-#include "rcl_interfaces/msg/parameter_type.hpp"
 
 namespace nacelle::look {
 namespace {
 
 using nlohmann::json;
-using rcl_interfaces::msg::ParameterType;
-using rcl_interfaces::msg::ParameterValue;
 
 json there_and_back(const json& value, const std::string& type = "") {
   const auto read = from_json(value, type);

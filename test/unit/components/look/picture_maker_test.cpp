@@ -6,6 +6,8 @@
 
 #include <cstdio>
 
+#include "nacelle/msgs/message_type.hpp"
+
 namespace nacelle::look {
 namespace {
 
