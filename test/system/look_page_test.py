@@ -162,6 +162,42 @@ class Page(RunningRobotTest):
         wait_for("it is open again", lambda: page.run(state) == "connected")
         wait_for("live data", lambda: self.report(page, "world")["live"])
 
+    def test_the_keyboard_drives(self):
+        page = self.open_page()
+        wait_for("a topic to drive", lambda: self.report(page, "drive")["live"])
+        page.run("document.querySelector('.stick').focus()")
+        up = {"key": "ArrowUp", "code": "ArrowUp", "windowsVirtualKeyCode": 38}
+        page.call("Input.dispatchKeyEvent", type="keyDown", **up)
+        wait_for("the robot moves", lambda: self.report(page, "drive")["speed"] > 0.1)
+        page.call("Input.dispatchKeyEvent", type="keyUp", **up)
+        self.expect_stand(time.time(), TIMEOUT_S + CYCLE_S + RUNNING_S)
+
+    def test_a_field_is_plotted(self):
+        page = self.open_page()
+        wait_for("the first lines", lambda: len(self.report(page, "plots")["lines"]) == 2)
+        page.run("[...document.querySelectorAll('.tree > details')].find((one) => one.innerText.startsWith('/imu/data_raw')).open = true")
+        page.run("[...document.querySelectorAll('.tree details')].find((one) => one.innerText === 'angular_velocity').open = true")
+        page.run("[...document.querySelectorAll('.field')].find((one) => one.title.endsWith('angular_velocity.z')).click()")
+        wait_for("values", lambda: self.report(page, "plots")["lines"][2]["points"] > 20)
+        self.assertEqual(self.report(page, "plots")["lines"][2]["path"], "angular_velocity.z")
+
+    def test_a_component_is_deactivated_activated_loaded_and_unloaded(self):
+        page = self.open_page()
+        row = "[...document.querySelectorAll('.panel-components tr')].find((one) => one.component?.node === '{}')"
+        press = "[...{}.querySelectorAll('button')].find((one) => !one.hidden && one.textContent === '{}').click()"
+        state = row.format("/monitor_2") + "?.querySelector('.badge').textContent"
+        wait_for("the list", lambda: page.run(state) == "active")
+        page.run(press.format(row.format("/monitor_2"), "deactivate"))
+        wait_for("it is inactive", lambda: page.run(state) == "inactive")
+        page.run(press.format(row.format("/monitor_2"), "activate"))
+        wait_for("it is active", lambda: page.run(state) == "active")
+        page.run("window.confirm = () => true")
+        page.run("(() => { const form = document.querySelector('.panel-components form'); const [what, name] = form.querySelectorAll('input');"
+                 " what.value = 'nacelle::monitor::MonitorComponent'; name.value = 'monitor_3'; form.requestSubmit(); })()")  # fmt: skip
+        wait_for("it is loaded", lambda: page.run(row.format("/monitor_3") + " !== undefined"))
+        page.run(press.format(row.format("/monitor_3"), "unload"))
+        wait_for("it is gone", lambda: page.run(row.format("/monitor_3") + " === undefined"))
+
     def test_a_parameter_is_set(self):
         page = self.open_page()
         page.run("window.nacelle.tabs.choose(['parameters'])")

@@ -18,6 +18,7 @@ export class Joystick {
   /** `handlers`: grip() returns whether it may, move(x, y) with right and up positive, release(). */
   constructor(handlers) {
     this.handlers = handlers;
+    this.isHeld = false;
     this.pointer = null;
     this.keys = new Set();
     this.knob = element('div', {class: 'knob', 'aria-hidden': 'true'});
@@ -39,24 +40,29 @@ export class Joystick {
     });
     on(this.root, 'contextmenu', (event) => event.preventDefault());
     on(this.root, 'keydown', (event) => this.keyDown(event));
-    on(this.root, 'keyup', (event) => this.keyUp(event));
+    on(window, 'keyup', (event) => this.keyUp(event));
     on(this.root, 'blur', () => this.letGo());
     on(window, 'blur pagehide', () => this.letGo());
     on(document, 'visibilitychange freeze', () => this.letGo());
   }
 
+  grip() {
+    this.isHeld = this.handlers.grip();
+    this.root.classList.toggle('held', this.isHeld);
+    return this.isHeld;
+  }
+
   down(event) {
-    if (this.pointer !== null || event.button > 0) return;
+    if (this.isHeld || event.button > 0) return;
     event.preventDefault();
     this.root.focus({preventScroll: true});
-    if (!this.handlers.grip()) return;
+    if (!this.grip()) return;
     this.pointer = event.pointerId;
     try {
       this.root.setPointerCapture(event.pointerId);
     } catch {
       // A synthetic pointer cannot be captured; its events come all the same.
     }
-    this.root.classList.add('held');
     this.move(event);
   }
 
@@ -72,9 +78,8 @@ export class Joystick {
     if (!KEYS[key] || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
     if (event.repeat || this.pointer !== null) return;
-    if (this.keys.size === 0 && !this.handlers.grip()) return;
+    if (!this.isHeld && !this.grip()) return;
     this.keys.add(key);
-    this.root.classList.add('held');
     this.fromKeys();
   }
 
@@ -103,7 +108,8 @@ export class Joystick {
 
   /** Ends the hold, and the command with it. */
   letGo() {
-    if (this.pointer === null && this.keys.size === 0) return;
+    if (!this.isHeld) return;
+    this.isHeld = false;
     this.pointer = null;
     this.keys.clear();
     this.root.classList.remove('held');
