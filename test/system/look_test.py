@@ -174,6 +174,8 @@ class Look(RunningRobotTest):
         (file,) = pathlib.Path(self.folder, "nacelle").glob("look*.json")
         self.assertEqual(stat.S_IMODE(file.stat().st_mode), 0o600)
         token = self.links["operate"].split("token=")[1]
+        refused = self.run_program("param", "set", "/look", "link_file", str(self.folder / "other"))
+        self.assertIn("in a launch file only", refused.stderr)
         for words in (("param", "dump", "/look"), ("component", "info", "look")):
             self.assertNotIn(token, self.expect_exit(self.run_program(*words), 0).stdout)
         self.assertNotIn(token, (self.folder / "log").read_text())
@@ -201,6 +203,10 @@ class Look(RunningRobotTest):
         viewer = self.connect()
         viewer.say("advertise", channels=[{"id": 1, "topic": "/x", "encoding": "json", "schemaName": "none_msgs/msg/None"}])
         viewer.until("a refusal", lambda: any("none_msgs" in one["message"] for one in viewer.said("status")))
+        greedy = self.connect("view")
+        for number in range(40):
+            greedy.say("getParameters", parameterNames=[], id=str(number))
+        greedy.until("a limit of requests", lambda: any("too much at a time" in one["message"] for one in greedy.said("status")))
         too_large = self.connect()
         with self.assertRaises((ConnectionError, OSError)):
             too_large.send_frame(BINARY, b"\1" + bytes(2 << 20))

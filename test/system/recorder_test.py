@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """`nacelle bag record` and the recorder in a launch file, with a simulated robot."""
+import fcntl
 import json
 import os
 import pathlib
+import pty
 import re
 import signal
+import subprocess
+import termios
 import time
 import unittest
 
-from robot import SLOW, RobotTest, RunningRobotTest, interrupt, wait_for
+from robot import LAUNCH_FILE, SLOW, RobotTest, RunningRobotTest, interrupt, wait_for
 
 RECORDER = """
     - pkg: nacelle_record
@@ -25,7 +29,7 @@ class Recorder:
     """What the classes share."""
 
     def info(self, bag):
-        return json.loads(self.expect_exit(self.run_program("bag", "info", bag, "--json"), 0).stdout)
+        return json.loads(self.expect_exit(self.run_program("bag", "info", bag, "--json"), 0).stdout)["response"]
 
     def counts(self, bag):
         return {topic["name"]: topic["messages"] for topic in self.info(bag)["topics"]}
@@ -132,6 +136,42 @@ class Play(Recorder, RunningRobotTest):
     def test_what_cannot_be_played_is_refused(self):
         self.assertIn("No such file", self.run_program("bag", "play", self.folder / "none").stderr)
         self.assertEqual(self.run_program("bag", "play").returncode, 2)
+
+
+class PlayAlone(RobotTest):
+    TALKER = pathlib.Path(LAUNCH_FILE).parents[1] / "docs/examples/recordings/talker.mcap"
+
+    def test_without_a_container_it_starts_one_that_ends_with_it(self):
+        played = self.expect_exit(self.run_program("bag", "play", self.TALKER, "-r", "10"), 0)
+        self.assertIn("messages were published", played.stdout)
+        self.assertEqual(self.run_program("component", "list").returncode, 3, "no container is left")
+
+    def test_on_a_terminal_keys_pause_step_and_change_the_rate(self):
+        def asked(service, kind):
+            return json.loads(self.expect_exit(self.run_program("service", "call", f"/rosbag2_player/{service}", f"rosbag2_interfaces/srv/{kind}", "--json"), 0).stdout)["response"]
+
+        def rate():
+            return asked("get_rate", "GetRate")["rate"]
+
+        keys, terminal = pty.openpty()
+        player = self.start_program("bag", "play", self.TALKER, "--loop", stdin=terminal, stderr=subprocess.PIPE,
+                                    preexec_fn=lambda: fcntl.ioctl(terminal, termios.TIOCSCTTY, 0))  # fmt: skip
+        os.close(terminal)
+        try:
+            while "space pauses" not in player.stdout.readline():
+                pass
+            os.write(keys, b" ")
+            wait_for("it pauses", lambda: asked("is_paused", "IsPaused")["paused"])
+            os.write(keys, b"x\x1b[C\x1b[A")
+            wait_for("it is faster", lambda: abs(rate() - 1.1) < 1e-9)
+            os.write(keys, b"\x1b[B ")
+            wait_for("it is as before", lambda: abs(rate() - 1.0) < 1e-9 and not asked("is_paused", "IsPaused")["paused"])
+        finally:
+            interrupt(player)
+            os.close(keys)
+            for stream in (player.stdout, player.stderr):
+                stream.close()
+        self.assertEqual(player.returncode, 0)
 
 
 class Killed(Recorder, RobotTest):

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <filesystem>
@@ -72,6 +73,13 @@ LookComponent::LookComponent(const NodeOptions& options) : LifecycleNode("look",
       ParameterDescriptor{"The file with the links. Empty: one in the user's folder under /run, which is named here "
                           "while the server is active.",
                           "", false, false, std::nullopt, std::nullopt});
+  // A file that it names is replaced: that is for the robot's owner to say, not for a caller on the network.
+  guard_ = add_on_set_parameters_callback([this](const std::vector<Parameter>& wishes) -> SetParametersResult {
+    const bool names_file =
+        std::any_of(wishes.begin(), wishes.end(), [](const Parameter& one) { return one.get_name() == "link_file"; });
+    if (names_file && !names_file_) return {false, "link_file can be set in a launch file only"};
+    return {true, ""};
+  });
   options_.name = get_namespace() == "/" ? machine() : get_namespace();
   options_.has_sim_time = get_parameter("use_sim_time").as_bool();
 }
@@ -108,7 +116,9 @@ CallbackReturn LookComponent::on_activate(const State&) {
   if (path.empty()) path = LinkFile::path_for(get_fully_qualified_name());
   auto file = LinkFile::write(path, links((*server)->port(), access));
   if (!file) return refuse(file.error());
+  names_file_ = true;
   set_parameter({"link_file", path});
+  names_file_ = false;
   link_file_.emplace(std::move(*file));
   server_ = std::move(*server);
   get_logger().info("the robot can be seen at {}, port {}: `nacelle look` prints the link", options_.web.address,

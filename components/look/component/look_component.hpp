@@ -29,6 +29,8 @@ class LookComponent final : public LifecycleNode {
   [[nodiscard]] std::string links(std::uint16_t port, const Access::Options& access) const;
 
   LookServer::Options options_;
+  OnSetParametersCallbackHandle::SharedPtr guard_;
+  bool names_file_ = false;  // this component itself sets link_file
   std::optional<LinkFile> link_file_;
   std::unique_ptr<LookServer> server_;
 };

@@ -22,6 +22,8 @@ constexpr Duration kTick = 40ms;
 constexpr std::uint32_t kGraphTicks = 25, kTimeTicks = 2;  // the graph once a second
 constexpr int kNice = 10;
 constexpr std::size_t kMostSubscriptions = 1000, kMostPublications = 100, kMostCalls = 32;
+// 200 a second; asking for all parameters calls two services of each node.
+constexpr std::uint32_t kMostRequests = 200, kRequestsPerTick = 8, kAllParameters = 20;
 constexpr unsigned kUnauthorized = 401, kForbidden = 403;
 
 Problem not_allowed(const std::string& what) {
@@ -128,9 +130,10 @@ void LookServer::on_open(ViewerId id, const Handshake& handshake) {
   Viewer& viewer =
       *viewers_.emplace(id, std::make_unique<Viewer>(access_.right_of(handshake.token), options_.bytes_per_second))
            .first->second;
+  viewer.requests_left = kMostRequests;
   ServerInfo info{options_.name,
                   {"parameters", "parametersSubscribe", "services", "connectionGraph", "clientPublish", "assets"},
-                  options_.metadata,
+                  {},
                   std::to_string(id)};
   if (options_.has_sim_time) info.capabilities.emplace_back("time");
   info.metadata["nacelle.right"] = to_text(viewer.right);
@@ -160,9 +163,10 @@ void LookServer::follow_changes() {
   for (auto& [id, viewer] : viewers_) {
     Viewer& one = *viewer;
     for (const std::uint32_t gone : topics.gone) {
-      std::erase_if(one.subscriptions, [&](const auto& entry) {
-        if (entry.second != gone) return false;
-        one.outbox.forget(entry.first);
+      std::erase_if(one.by_channel, [&](const auto& entry) {
+        if (entry.first != gone) return false;
+        one.outbox.forget(entry.second);
+        one.subscriptions.erase(entry.second);
         return true;
       });
     }
@@ -188,9 +192,9 @@ void LookServer::on_tick() {
   ++ticks_;
   streams_->take_messages([this](std::uint32_t channel, const std::shared_ptr<const Encoded>& message) {
     for (auto& [id, viewer] : viewers_) {
-      for (const auto& [subscription, wanted] : viewer->subscriptions) {
-        if (wanted == channel) viewer->outbox.message(subscription, message);
-      }
+      for (auto one = viewer->by_channel.lower_bound({channel, 0});
+           one != viewer->by_channel.end() && one->first == channel; ++one)
+        viewer->outbox.message(one->second, message);
     }
   });
   if (const auto complaint = streams_->take_complaint()) {
@@ -206,6 +210,7 @@ void LookServer::on_tick() {
   const MonotonicTime now = topics_.clock().now();
   for (auto& [id, viewer] : viewers_) {
     if (options_.has_sim_time && ticks_ % kTimeTicks == 0) send(id, *viewer, time_frame(now_ns()));
+    viewer->requests_left = std::min(kMostRequests, viewer->requests_left + kRequestsPerTick);
     if (viewer->outbox.has_next(now)) web_->ask_to_write(id);
   }
 }
@@ -237,6 +242,7 @@ void LookServer::take(ViewerId id, Viewer& viewer, const Subscribe& message) {
       continue;
     }
     viewer.subscriptions.emplace(one.subscription, one.channel);
+    viewer.by_channel.emplace(one.channel, one.subscription);
     for (const auto& kept : streams_->subscribe(one.channel)) viewer.outbox.message(one.subscription, kept);
   }
 }
@@ -247,14 +253,22 @@ void LookServer::take(ViewerId, Viewer& viewer, const Unsubscribe& message) {
     if (found == viewer.subscriptions.end()) continue;
     streams_->unsubscribe(found->second);
     viewer.outbox.forget(subscription);
+    viewer.by_channel.erase({found->second, subscription});
     viewer.subscriptions.erase(found);
   }
 }
 
-void LookServer::order(ViewerId id, Viewer& viewer, std::function<void()> work) {
-  if (!requests_.post(std::move(work)))
-    warn(id, viewer,
-         {"the robot", "is busy: too many requests wait for the node's executor", "send fewer", LookFault::TooMany});
+std::optional<Problem> LookServer::order(Viewer& viewer, std::function<void()> work, std::uint32_t requests) {
+  if (viewer.requests_left < requests)
+    return Problem{"the viewer", "asks for too much at a time", "send fewer requests a second", LookFault::TooMany};
+  viewer.requests_left -= requests;
+  if (requests_.post(std::move(work))) return std::nullopt;
+  return Problem{"the robot", "is busy: too many requests wait for the node's executor", "send fewer",
+                 LookFault::TooMany};
+}
+
+void LookServer::order_or_warn(ViewerId id, Viewer& viewer, std::function<void()> work, std::uint32_t requests) {
+  if (const auto problem = order(viewer, std::move(work), requests)) warn(id, viewer, *problem);
 }
 
 void LookServer::take(ViewerId id, Viewer& viewer, const Advertise& message) {
@@ -275,18 +289,19 @@ void LookServer::take(ViewerId id, Viewer& viewer, const Advertise& message) {
       warn(id, viewer, problem);
       continue;
     }
-    viewer.publications.insert_or_assign(one.channel, Out{one.topic, one.type, one.encoding});
-    order(id, viewer, [this, id, channel = one.channel, topic = one.topic, type = one.type] {
+    const auto refused = order(viewer, [this, id, channel = one.channel, topic = one.topic, type = one.type] {
       const auto opened = requests_.open_writer(id, channel, topic, type);
       if (!opened) say_later(id, status(StatusLevel::Error, opened.error().text()));
     });
+    if (refused) return warn(id, viewer, *refused);
+    viewer.publications.insert_or_assign(one.channel, Out{one.topic, one.type, one.encoding});
   }
 }
 
 void LookServer::take(ViewerId id, Viewer& viewer, const Unadvertise& message) {
   for (const std::uint32_t channel : message.channels) {
     if (viewer.publications.erase(channel) != 0)
-      order(id, viewer, [this, id, channel] { requests_.close_writer(id, channel); });
+      requests_.post([this, id, channel] { requests_.close_writer(id, channel); });
   }
 }
 
@@ -299,12 +314,12 @@ void LookServer::take(ViewerId id, Viewer& viewer, const Publication& message) {
   const Out& out = found->second;
   if (viewer.right != Right::Operate && !sets_emergency_stop(out.encoding, message.data))
     return warn(id, viewer, not_allowed("releasing the emergency stop"));
-  order(id, viewer,
-        [this, id, channel = message.channel, encoding = out.encoding,
-         data = Bytes{message.data.begin(), message.data.end()}] {
-          const auto published = requests_.publish(id, channel, encoding, data);
-          if (!published) say_later(id, status(StatusLevel::Error, published.error().text()));
-        });
+  order_or_warn(id, viewer,
+                [this, id, channel = message.channel, encoding = out.encoding,
+                 data = Bytes{message.data.begin(), message.data.end()}] {
+                  const auto published = requests_.publish(id, channel, encoding, data);
+                  if (!published) say_later(id, status(StatusLevel::Error, published.error().text()));
+                });
 }
 
 void LookServer::refuse_call(ViewerId id, Viewer& viewer, const ServiceCall& call, const Problem& problem) {
@@ -355,9 +370,12 @@ void LookServer::take(ViewerId id, Viewer& viewer, const ServiceCall& message) {
       }
     });
   };
-  order(id, viewer, [this, request, answer, name = service->name, response = service->response] {
+  const auto refused = order(viewer, [this, request, answer, name = service->name, response = service->response] {
     requests_.call(name, request->type(), *response, std::move(*request), answer);
   });
+  if (!refused) return;
+  --viewer.calls;
+  refuse_call(id, viewer, message, *refused);
 }
 
 // --- parameters, graph, assets -------------------------------------------------------------------------------------------------
@@ -371,16 +389,20 @@ ParameterQuestions::Take LookServer::parameter_answer(ViewerId id, const std::st
 
 void LookServer::take(ViewerId id, Viewer& viewer, const GetParameters& message) {
   questions_wait_ = true;
-  order(id, viewer, [this, id, message, nodes = services_->nodes_with("list_parameters")] {
-    questions_.get(message.names, nodes, topics_.clock().now(), parameter_answer(id, message.id));
-  });
+  order_or_warn(
+      id, viewer,
+      [this, id, message, nodes = services_->nodes_with("list_parameters")] {
+        questions_.get(message.names, nodes, topics_.clock().now(), parameter_answer(id, message.id));
+      },
+      kAllParameters);
 }
 
 void LookServer::take(ViewerId id, Viewer& viewer, const SetParameters& message) {
   if (viewer.right != Right::Operate) return warn(id, viewer, not_allowed("setting parameters"));
   questions_wait_ = true;
-  order(id, viewer,
-        [this, id, message] { questions_.set(message.all, topics_.clock().now(), parameter_answer(id, message.id)); });
+  order_or_warn(id, viewer, [this, id, message] {
+    questions_.set(message.all, topics_.clock().now(), parameter_answer(id, message.id));
+  });
 }
 
 void LookServer::take(ViewerId, Viewer& viewer, const WatchParameters& message) {

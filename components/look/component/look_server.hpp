@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "look/component/asset_folders.hpp"
@@ -34,8 +35,7 @@ class LookServer final : private WebHandler {
     WebServer::Options web;
     std::uint64_t bytes_per_second = 0;  ///< For each viewer; 0: as many as the connection takes.
     std::vector<std::string> asset_folders;
-    std::string name;                             ///< Of the robot.
-    std::map<std::string, std::string> metadata;  ///< For the page.
+    std::string name;  ///< Of the robot.
     bool has_sim_time = false;
   };
   [[nodiscard]] static Result<std::unique_ptr<LookServer>, Problem> start(Node& node, GenericTopics topics,
@@ -54,12 +54,14 @@ class LookServer final : private WebHandler {
     Viewer(Right r, std::uint64_t bytes_per_second) : right(r), outbox(bytes_per_second) {}
     Right right;
     Outbox outbox;
-    std::map<std::uint32_t, std::uint32_t> subscriptions;  // the viewer's number -> channel
+    std::map<std::uint32_t, std::uint32_t> subscriptions;          // the viewer's number -> channel
+    std::set<std::pair<std::uint32_t, std::uint32_t>> by_channel;  // the same, the other way round
     std::map<std::uint32_t, Out> publications;
     std::optional<ConnectionGraph> graph;  // what it knows; not set: it does not watch
     bool watches_all_parameters = false;
     std::set<std::string> watched_parameters;
-    std::size_t calls = 0;
+    std::size_t calls = 0;            // that have no answer yet
+    std::uint32_t requests_left = 0;  // until the next tick
   };
   LookServer(Node& node, GenericTopics topics, GenericServices services, Options options);
 
@@ -95,7 +97,9 @@ class LookServer final : private WebHandler {
   void say_later(ViewerId id, std::string text);
   void refuse_call(ViewerId id, Viewer& viewer, const ServiceCall& call, const Problem& problem);
   [[nodiscard]] ParameterQuestions::Take parameter_answer(ViewerId id, const std::string& question);
-  void order(ViewerId id, Viewer& viewer, std::function<void()> work);
+  /// Has it done on the executor. Returns what is wrong if it is not.
+  [[nodiscard]] std::optional<Problem> order(Viewer& viewer, std::function<void()> work, std::uint32_t requests = 1);
+  void order_or_warn(ViewerId id, Viewer& viewer, std::function<void()> work, std::uint32_t requests = 1);
   [[nodiscard]] std::uint64_t now_ns() const;
 
   Node& node_;

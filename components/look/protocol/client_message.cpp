@@ -35,8 +35,8 @@ class Fields {
   /// `is_needed`: else it may be absent, and is empty then.
   [[nodiscard]] std::string text(const json& in, const char* name, bool is_needed) {
     const auto found = in.is_object() ? in.find(name) : in.end();
-    if (in.is_object() && found == in.end() && !is_needed) return {};
-    if (!in.is_object() || !found->is_string()) {
+    if (found == in.end() && in.is_object() && !is_needed) return {};
+    if (found == in.end() || !found->is_string()) {
       say(fmt::format("'{}' is not a text", name));
       return {};
     }

@@ -172,7 +172,7 @@ void add_record(Command& group) {
 
 void add_play(Command& group) {
   auto wish = std::make_shared<BagPlayWish>();
-  Command& command = group.add("play", "publish a recording into a running container");
+  Command& command = group.add("play", "publish a recording into a running container, or into one of its own");
   command.option("bag", wish->path, kBag).required().names_a(Names::File);
   command.option("-r,--rate", wish->rate, "how many times as fast").with_default().within(0.001, 1000.0);
   command.flag("-l,--loop", wish->loop, "begin again at the end, until Ctrl-C");

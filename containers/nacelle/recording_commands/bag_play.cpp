@@ -4,12 +4,18 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 #include "cli/output.hpp"
 #include "cli/program.hpp"
 #include "recording_commands/loaded_component.hpp"
+#include "recording_commands/play_container.hpp"
+#include "recording_commands/play_keys.hpp"
 
 namespace nacelle::cli {
 namespace {
@@ -37,17 +43,31 @@ std::vector<std::string> parameters_of(const BagPlayWish& wish) {
 
 }  // namespace
 
-int play_bag(const BagPlayWish& wish) {
+int play_bag(const BagPlayWish& asked) {
+  BagPlayWish wish = asked;
+  std::unique_ptr<PlayContainer> own;
+  if (wish.whom.container.empty() && std::getenv("NACELLE_CONTAINER") == nullptr && trusted_containers().empty()) {
+    auto started = PlayContainer::start();
+    if (!started) return complain(started.error());
+    own = std::move(*started);
+    wish.whom.container = own->name();
+  }
   const ask::LoadWish component{
       "nacelle::record::PlayComponent", wish.name, "", parameters_of(wish), wish.remaps, {}, {}};
   DiagnosticRow last;
+  std::optional<PlayKeys> keys;
   const int code = run_component(wish.whom, component, wish.name + ": playing", [&](const DiagnosticRow& row) {
-    if (last.values.empty()) print_text("Playing %s; Ctrl-C ends it\n", wish.path.c_str());
+    if (last.values.empty()) {
+      keys.emplace(wish.whom, wish.name);
+      print_text("Playing %s; %sCtrl-C ends it\n", wish.path.c_str(),
+                 keys->is_on() ? "space pauses, right plays the next message, up and down change the rate, " : "");
+    }
     show_progress(fmt::format("{:.0f} s, {} messages{}", row.seconds("seconds"), row.number("messages"),
                               row.message == "paused" ? ", paused" : ""));
     last = row;
     return row.message != "ended";
   });
+  keys.reset();
   if (code != kDone || last.values.empty()) return code;
   print_text("%s messages were published; %s had no reader\n", last.value("messages").c_str(),
              last.value("without a reader").c_str());

@@ -16,7 +16,7 @@ struct BagPlayWish {
   bool loop = false, start_paused = false;
 };
 
-/// Loads a player into the container, shows its progress until the recording's end or Ctrl-C, and unloads it. Returns the exit code.
-int play_bag(const BagPlayWish& wish);
+/// Loads a player into the container (into one of its own if none runs), shows its progress until the recording's end or Ctrl-C, and unloads it. Returns the exit code.
+int play_bag(const BagPlayWish& asked);
 
 }  // namespace nacelle::cli
