@@ -180,6 +180,12 @@ class Page(RunningRobotTest):
         page.run("[...document.querySelectorAll('.field')].find((one) => one.title.endsWith('angular_velocity.z')).click()")
         wait_for("values", lambda: self.report(page, "plots")["lines"][2]["points"] > 20)
         self.assertEqual(self.report(page, "plots")["lines"][2]["path"], "angular_velocity.z")
+        page.run("""(() => { const field = [...document.querySelectorAll('.field')].find((one) => one.title.endsWith('angular_velocity.x'));
+                     const dataTransfer = new DataTransfer();
+                     field.dispatchEvent(new DragEvent('dragstart', {dataTransfer, bubbles: true}));
+                     document.querySelector('.plot-area').dispatchEvent(new DragEvent('drop', {dataTransfer, bubbles: true})); })()""")
+        wait_for("values of what was dragged", lambda: self.report(page, "plots")["lines"][3]["points"] > 20)
+        self.assertEqual(self.report(page, "plots")["lines"][3]["path"], "angular_velocity.x")
 
     def test_a_component_is_deactivated_activated_loaded_and_unloaded(self):
         page = self.open_page()
