@@ -233,8 +233,13 @@ class Page(RunningRobotTest):
         self.assertAlmostEqual(length, (found["end_ns"] - found["start_ns"]) * 1e-9, delta=0.3)
         self.assertTrue(self.report(page, "replay")["paused"])
         self.assertIn("/replay/odom", self.streams())
+        page.run("window.nacelle.tabs.choose(['world', 'replay'])")
+        wait_for("the robot", lambda: self.report(page, "world")["live"])
+        self.assertNotIn("/replay/odom", self.report(page, "world")["paths"])
         page.run("(() => { const slider = document.querySelector('.player input[type=range]'); slider.value = 2;"
                  " slider.dispatchEvent(new Event('input')); })()")  # fmt: skip
+        wait_for("what was there", lambda: "/replay/odom" in self.report(page, "world")["paths"])
+        wait_for("it is paused there", lambda: self.report(page, "replay")["paused"] and abs(self.report(page, "replay")["position"] - 2) < 0.01)
         page.run("document.querySelector('.player button').click()")
         wait_for("it plays from there", lambda: 2.1 < self.report(page, "replay")["position"])
         page.run("document.querySelector('.player').lastElementChild.click()")

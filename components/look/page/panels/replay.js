@@ -6,6 +6,7 @@ import {parametersOf} from '../values.js';
 
 const PLUGIN = 'nacelle::record::PlayComponent';
 const CLOCK_HZ = 10;
+const GLIMPSE_MS = 250; // two scans
 const PREFIX = '/replay';
 
 /** Opens a recording in the container, plays and scrubs it. */
@@ -156,12 +157,24 @@ export class ReplayPanel extends Panel {
         const time = this.wanted;
         this.wanted = null;
         await this.connection.call(this.service('seek'), {time: timeOf(time)});
+        if (this.isPaused && this.wanted === null) await this.glimpse(time);
       }
     } catch (problem) {
       this.say(problem.message);
     } finally {
       this.isSeeking = false;
     }
+  }
+
+  /** Plays a little, so that the other panels show what was there, and goes back. */
+  async glimpse(time) {
+    await this.connection.call(this.service('resume'));
+    await new Promise((done) => setTimeout(done, GLIMPSE_MS));
+    if (!this.isPaused) return; // the user pressed play meanwhile
+    await this.connection.call(this.service('pause'));
+    await this.connection.call(this.service('seek'), {time: timeOf(time)});
+    this.now = time;
+    this.showTime();
   }
 
   showTime() {
