@@ -12,15 +12,10 @@
 namespace nacelle::drawing {
 namespace {
 
-constexpr std::array kColours{"#1f5fbf", "#d95f02", "#2a8f5c", "#a0459b", "#b08800", "#c0304a", "#3a9fb5", "#666666"};
-constexpr const char* kInk = "#333333";
-constexpr const char* kGrid = "#e6e6e6";
-constexpr const char* kFrame = "#999999";
-
 // Pixels.
-constexpr double kWidth = 900.0, kPlotHeight = 380.0;
 constexpr double kRight = 24.0, kTop = 20.0, kBottom = 58.0;
-constexpr double kLetter = 7.6;  // the width of a letter of the text, a little more than that of most
+constexpr double kLetter = 7.6;                 // the width of a letter of the text, a little more than that of most
+constexpr double kXTick = 72.0, kYTick = 40.0;  // the room of a tick
 constexpr double kLegendRow = 22.0, kLegendLine = 26.0, kLegendGap = 28.0;
 
 struct Range {
@@ -48,6 +43,8 @@ struct Range {
     high += by;
   }
 };
+
+int ticks_in(double room, double each) { return std::max(2, static_cast<int>(room / each)); }
 
 bool is_finite(const ChartPoint& point) { return std::isfinite(point.x) && std::isfinite(point.y); }
 
@@ -99,28 +96,29 @@ void draw_line(SvgPage& page, const Frame& frame, const ChartLine& line, const s
   end_part();
 }
 
-void draw_axes(SvgPage& page, const Frame& frame, const Chart& chart, const AxisTicks& x, const AxisTicks& y) {
+void draw_axes(SvgPage& page, const Frame& frame, const Chart& chart, const AxisTicks& x, const AxisTicks& y,
+               const SvgColours& colours) {
   const double right = frame.left + frame.width, bottom = frame.top + frame.height;
   for (const double value : x.values) {
-    page.line({frame.at_x(value), frame.top}, {frame.at_x(value), bottom}, kGrid, 1.0);
+    page.line({frame.at_x(value), frame.top}, {frame.at_x(value), bottom}, colours.grid, 1.0);
     page.text({frame.at_x(value), bottom + 18}, x.text(value), SvgAnchor::Middle);
   }
   for (const double value : y.values) {
-    page.line({frame.left, frame.at_y(value)}, {right, frame.at_y(value)}, kGrid, 1.0);
+    page.line({frame.left, frame.at_y(value)}, {right, frame.at_y(value)}, colours.grid, 1.0);
     page.text({frame.left - 8, frame.at_y(value) + 4.5}, y.text(value), SvgAnchor::End);
   }
-  page.frame({frame.left, frame.top}, {right, bottom}, kFrame);
+  page.frame({frame.left, frame.top}, {right, bottom}, colours.frame);
   page.text({frame.left + frame.width / 2, bottom + 42}, chart.x_label, SvgAnchor::Middle);
   if (!chart.y_label.empty()) page.text_upwards({20, frame.top + frame.height / 2}, chart.y_label);
 }
 
 void draw_legend(SvgPage& page, const Frame& frame, const std::vector<ChartLine>& lines,
-                 const std::vector<std::vector<std::size_t>>& rows) {
+                 const std::vector<std::vector<std::size_t>>& rows, const SvgColours& colours) {
   double y = kTop;
   for (const auto& row : rows) {
     double x = frame.left;
     for (const std::size_t i : row) {
-      page.line({x, y}, {x + kLegendLine, y}, kColours[i % kColours.size()], 3.0);
+      page.line({x, y}, {x + kLegendLine, y}, colours.of_line(i), 3.0);
       page.text({x + kLegendLine + 8, y + 4.5}, lines[i].name, SvgAnchor::Start);
       x += kLegendLine + 8 + kLetter * static_cast<double>(lines[i].name.size()) + kLegendGap;
     }
@@ -189,7 +187,8 @@ std::vector<ChartPoint> thinned(const std::vector<ChartPoint>& points, int colum
   return kept;
 }
 
-std::string chart_svg(const Chart& chart) {
+std::string chart_svg(const Chart& chart, const ChartStyle& style) {
+  const SvgColours& colours = style.colours;
   Frame frame;
   for (const ChartLine& line : chart.lines) {
     for (const ChartPoint& point : line.points) {
@@ -199,29 +198,31 @@ std::string chart_svg(const Chart& chart) {
     }
   }
   frame.x.widen(chart.equal_scales ? 0.05 : 0.0);
+  const bool from_zero = chart.y_from_zero && frame.y.low >= 0.0;
+  if (from_zero && frame.y.high >= 0.0) frame.y.add(0.0);
   frame.y.widen(0.05);
-  frame.height = kPlotHeight;
-  AxisTicks y = axis_ticks(frame.y.low, frame.y.high, 8);
+  if (from_zero) frame.y.low = 0.0;
+  frame.height = style.plot_height;
+  AxisTicks y = axis_ticks(frame.y.low, frame.y.high, ticks_in(frame.height, kYTick));
   const double label = chart.y_label.empty() ? 0.0 : 22.0;
   frame.left = 22.0 + label + kLetter * static_cast<double>(longest_text(y));
-  frame.width = kWidth - frame.left - kRight;
+  frame.width = style.width - frame.left - kRight;
   if (chart.equal_scales) {
     // The page has the path's shape within limits; the rest is empty space around it.
     frame.height = std::clamp(frame.width * frame.y.size() / frame.x.size(), 260.0, 760.0);
     const double units_per_pixel = std::max(frame.x.size() / frame.width, frame.y.size() / frame.height);
     frame.x.grow_to(units_per_pixel * frame.width);
     frame.y.grow_to(units_per_pixel * frame.height);
-    y = axis_ticks(frame.y.low, frame.y.high, static_cast<int>(frame.height / 48.0));
+    y = axis_ticks(frame.y.low, frame.y.high, ticks_in(frame.height, kXTick));  // of the same steps as x
   }
   const auto rows = legend_rows(chart.lines, frame.width);
   frame.top = kTop + kLegendRow * static_cast<double>(rows.size()) - 4;
 
-  SvgPage page{kWidth, frame.top + frame.height + kBottom, kInk};
-  AxisTicks x = axis_ticks(frame.x.low, frame.x.high, 11);
-  draw_axes(page, frame, chart, x, y);
-  draw_legend(page, frame, chart.lines, rows);
-  for (std::size_t i = 0; i < chart.lines.size(); ++i)
-    draw_line(page, frame, chart.lines[i], kColours[i % kColours.size()]);
+  SvgPage page{style.width, frame.top + frame.height + kBottom, colours, style.place};
+  AxisTicks x = axis_ticks(frame.x.low, frame.x.high, ticks_in(frame.width, kXTick));
+  draw_axes(page, frame, chart, x, y, colours);
+  draw_legend(page, frame, chart.lines, rows, colours);
+  for (std::size_t i = 0; i < chart.lines.size(); ++i) draw_line(page, frame, chart.lines[i], colours.of_line(i));
   return page.text();
 }
 

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "drawing/svg.hpp"
+
 namespace nacelle::drawing {
 
 struct ChartPoint {
@@ -21,6 +23,14 @@ struct Chart {
   std::string x_label, y_label;  ///< Empty: none.
   std::vector<ChartLine> lines;
   bool equal_scales = false;  ///< A unit is as long on both axes: for paths.
+  bool y_from_zero = false;   ///< The y axis begins at 0, unless a value is below it.
+};
+
+/// How a chart looks.
+struct ChartStyle {
+  SvgColours colours = svg_file_colours();
+  SvgPlace place = SvgPlace::File;
+  double width = 900.0, plot_height = 380.0;  ///< Pixels. With equal scales the values have the height.
 };
 
 /// The marks of an axis: multiples of `step`, which is 1, 2 or 5 times a power of ten.
@@ -39,7 +49,7 @@ struct AxisTicks {
 /// highest and the last of each column. Other lines stay as they are.
 [[nodiscard]] std::vector<ChartPoint> thinned(const std::vector<ChartPoint>& points, int columns);
 
-/// Returns the chart as an SVG document with grid, ticks and legend. Pure.
-[[nodiscard]] std::string chart_svg(const Chart& chart);
+/// Returns the chart as an SVG picture with grid, ticks and legend. Pure.
+[[nodiscard]] std::string chart_svg(const Chart& chart, const ChartStyle& style = {});
 
 }  // namespace nacelle::drawing

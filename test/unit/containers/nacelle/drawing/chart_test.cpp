@@ -136,6 +136,33 @@ TEST(ChartSvg, has_equal_scales_for_a_path) {
   }
 }
 
+TEST(ChartSvg, within_a_page_has_the_pages_colours_and_no_paper) {
+  const std::string svg =
+      chart_svg({"", "", {{"a", {{0, 0}, {1, 1}}}}, false}, {svg_page_colours(), SvgPlace::Page, 520, 240});
+  EXPECT_TRUE(svg.starts_with("<svg viewBox=\"0 0 520 ")) << svg;
+  EXPECT_NE(svg.find("stroke=\"var(--line0)\""), std::string::npos);
+  EXPECT_EQ(count(svg, "http") + count(svg, "#"), 0U) << "neither a name space nor a colour of its own";
+}
+
+TEST(ChartSvg, begins_at_zero_on_demand_unless_a_value_is_below) {
+  const auto first_tick = [](double low) {
+    const std::string svg = chart_svg({"", "", {{"a", {{0, low}, {1, 24}}}}, false, true});
+    const std::string text = svg.substr(svg.find("text-anchor=\"end\">") + 18);
+    return text.substr(0, text.find('<'));
+  };
+  EXPECT_EQ(first_tick(23), "0");
+  EXPECT_EQ(first_tick(-10).front(), '-');
+}
+
+TEST(SvgText, replaces_what_xml_cannot_have) {
+  EXPECT_EQ(svg_text("a<b>&\"c\""), "a&lt;b&gt;&amp;&quot;c&quot;");
+  EXPECT_EQ(svg_text("Fahrt \xC3\xBC"), "Fahrt \xC3\xBC");
+  EXPECT_EQ(svg_text("a\x1b[1mb\n"), "a\xEF\xBF\xBD[1mb\xEF\xBF\xBD");
+  EXPECT_EQ(svg_text("a\xFF"), "a\xEF\xBF\xBD") << "no UTF-8";
+  EXPECT_EQ(svg_text("a\xC3"), "a\xEF\xBF\xBD") << "cut within a character";
+  EXPECT_EQ(svg_text("a\xEF\xBF\xBEz"), "a\xEF\xBF\xBDz") << "U+FFFE";
+}
+
 TEST(SvgNumber, has_no_minus_zero) {
   EXPECT_EQ(svg_number(-0.01, 1), "0.0");
   EXPECT_EQ(svg_number(-0.06, 1), "-0.1");
