@@ -45,6 +45,7 @@ int main(int argc, char** argv) {
   add_export_command(root);
   add_security_commands(root);
   add_bag_commands(root);
+  add_replay_command(root);
   add_teleop_command(root);
   add_sim_commands(root);
   add_imu_commands(root);
