@@ -15,14 +15,17 @@ bool share_one(const std::set<std::string>& a, const std::set<std::string>& b) {
   return std::ranges::any_of(a, [&](const std::string& topic) { return b.contains(topic); });
 }
 
+std::string last_name(const Candidate& candidate) { return candidate.node.substr(candidate.node.rfind('/') + 1); }
+
 bool is_called(const Candidate& candidate, const std::string& name) {
-  return candidate.node == name || candidate.node.substr(candidate.node.rfind('/') + 1) == name;
+  return candidate.node == name || last_name(candidate) == name;
 }
 
 Problem unknown(const std::vector<Candidate>& candidates, const std::string& name) {
   std::vector<std::string> names;
   names.reserve(candidates.size());
-  for (const auto& candidate : candidates) names.push_back(candidate.node);
+  for (const auto& candidate : candidates)
+    names.push_back(name.starts_with('/') ? candidate.node : last_name(candidate));
   return {"--nodes", "the launch file has no component '" + name + "'", suggestion(name, names), NameFault::Unknown,
           name};
 }
