@@ -24,6 +24,22 @@ QoS strongest(const std::vector<QoS>& offered) {
   return qos;
 }
 
+/// Recordings do not keep deadlines and leases of liveliness; the smallest that a reader asks for fits all of them.
+template <typename Readers>
+void promise(QoS& qos, const Readers& readers) {
+  const auto takes_part = [](Duration asked, Duration promised) {
+    return asked > Duration::zero() && asked != kBestAvailableDuration &&
+           (promised == Duration::zero() || asked < promised);
+  };
+  for (auto reader = readers.first; reader != readers.second; ++reader) {
+    const QoS& asked = reader->second;
+    if (takes_part(asked.deadline(), qos.deadline())) qos.deadline(asked.deadline());
+    if (takes_part(asked.liveliness_lease_duration(), qos.liveliness_lease_duration()))
+      qos.liveliness_lease_duration(asked.liveliness_lease_duration());
+    if (asked.liveliness() == Liveliness::ManualByTopic) qos.liveliness(Liveliness::ManualByTopic);
+  }
+}
+
 std::string value_of(const std::map<std::string, std::string>& metadata, const char* key) {
   const auto found = metadata.find(key);
   return found == metadata.end() ? "" : found->second;
@@ -32,17 +48,17 @@ std::string value_of(const std::map<std::string, std::string>& metadata, const c
 }  // namespace
 
 RecordedInputs::RecordedInputs(record::OrderedMessages& recording, Transport& transport, const FindType& find_type,
-                               const std::set<std::string>& published_here)
+                               const Surroundings& surroundings)
     : recording_(recording) {
-  for (const auto& topic : recording.topics()) add(topic, transport, find_type, published_here);
+  for (const auto& topic : recording.topics()) add(topic, transport, find_type, surroundings);
   next_ = recording_.next();
 }
 
 void RecordedInputs::add(const record::OrderedMessages::Topic& recorded, Transport& transport,
-                         const FindType& find_type, const std::set<std::string>& published_here) {
+                         const FindType& find_type, const Surroundings& surroundings) {
   Topic& topic = topics_.emplace_back();
   const auto refuse = [&](const std::string& why) { refused_.push_back(recorded.name + ": " + why); };
-  const bool is_shared = published_here.contains(recorded.name);
+  const bool is_shared = surroundings.published.contains(recorded.name);
   if (recorded.message_encoding != "cdr") {
     if (!is_shared) refuse("its messages are '" + recorded.message_encoding + "', not CDR");
     return;
@@ -59,7 +75,8 @@ void RecordedInputs::add(const record::OrderedMessages::Topic& recorded, Transpo
     topic = topics_[i];
     return;
   }
-  const QoS qos = strongest(record::read_qos_profiles(value_of(recorded.metadata, "offered_qos_profiles")));
+  QoS qos = strongest(record::read_qos_profiles(value_of(recorded.metadata, "offered_qos_profiles")));
+  promise(qos, surroundings.readers.equal_range(recorded.name));
   EndpointSpec spec;
   spec.topic = recorded.name;
   spec.type = type;
