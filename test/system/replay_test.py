@@ -11,7 +11,8 @@ from robot import SLOW, RobotTest, RunningRobotTest
 RUNS = int(os.environ.get("NACELLE_REPLAYS", "3"))  # at night: 10
 SECONDS = int(os.environ.get("NACELLE_REPLAYED_SECONDS", "4"))  # at night: 30
 FILTER = ("--nodes", "transforms", "--nodes", "ekf")
-# Less than half a turn, so that no quaternion changes its sign. The filter of the robot had begun before the recording, and its timer has another phase: up to two periods of 20 ms apart.
+# The filter of the robot had begun before the recording, and its timer has another phase: up to two periods of 20 ms apart. The robot
+# turns by less than half a turn, so that no quaternion changes its sign.
 TOLERANCE = """
 "*":
   header.stamp: {ignore: true}

@@ -73,16 +73,22 @@ struct Line {
   std::vector<std::string> programs;
 };
 
-void print_cast(const Line& line) {
+void print_cast(const Line& line, bool is_chosen) {
   std::vector<std::string> running;
   for (const auto& role : line.roles) {
     if (role.runs()) running.push_back(role.node);
   }
   print_text("runs: %s\n", join(running, " ").c_str());
+  // With --nodes the user has left them out.
   for (const auto& role : line.roles) {
-    if (!role.runs()) print_text("left out: %s (%s)\n", role.node.c_str(), role.left_out.c_str());
+    if (!role.runs() && !is_chosen) print_text("left out: %s (%s)\n", role.node.c_str(), role.left_out.c_str());
   }
   for (const auto& program : line.programs) print_text("left out: %s (a program)\n", program.c_str());
+  for (const auto& [topic, readers, publisher] : line.missing) {
+    if (publisher.empty())
+      print_text("not recorded: %s (read by %s; no component of the launch file publishes it)\n", topic.c_str(),
+                 join(readers).c_str());
+  }
 }
 
 void warn(const std::string& text) {
@@ -90,14 +96,11 @@ void warn(const std::string& text) {
   std::fprintf(stderr, "nacelle: warning: %s\n", text.c_str());
 }
 
+/// Of topics that a user may publish, such as set_pose, nobody misses the recording.
 void warn_of_missing(const std::vector<replay::MissingTopic>& missing) {
   for (const auto& [topic, readers, publisher] : missing) {
-    const std::string who = join(readers, ", ");
-    if (publisher.empty())
-      warn(
-          fmt::format("{} was not recorded, and no component of the launch file publishes it; read by {}", topic, who));
-    else
-      warn(fmt::format("{} was not recorded, and {} is left out; read by {}", topic, publisher, who));
+    if (!publisher.empty())
+      warn(fmt::format("{} was not recorded, and {} is left out; read by {}", topic, publisher, join(readers)));
   }
 }
 
@@ -227,7 +230,7 @@ int run(const ReplayWish& wish) {
   for (const auto& program : (*launch)->plan.programs) line.programs.push_back(program.label);
   // Their constructors have said what they declare; others are made for the replay.
   (*launch)->inert = {};
-  if (!wish.as_json) print_cast(line);
+  if (!wish.as_json) print_cast(line, !wish.nodes.empty());
   bool is_any = false;
   for (const auto& role : line.roles) is_any = is_any || role.runs();
   if (!is_any)
