@@ -7,7 +7,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <string>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "cli/inert_launch.hpp"
 #include "cli/output.hpp"

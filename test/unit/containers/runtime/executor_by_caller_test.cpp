@@ -2,8 +2,12 @@
 // Executors without a thread: run_ready() runs everything, at the time that the clock is told.
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <stdexcept>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "executor_fixture.hpp"
 #include "support/manual_clock.hpp"

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+#include <string>
+#include <vector>
+
 #include "nacelle/base/name_fault.hpp"
 
 namespace nacelle::replay {

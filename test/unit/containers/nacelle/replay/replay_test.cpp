@@ -6,8 +6,13 @@
 
 #include <bit>
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <std_msgs/msg/string.hpp>
+#include <string>
 #include <tf2_msgs/msg/tf_message.hpp>
+#include <utility>
+#include <vector>
 
 #include "benchmark/support/recipe.hpp"
 #include "record/model/bag_metadata.hpp"
