@@ -46,6 +46,7 @@ int main(int argc, char** argv) {
   add_security_commands(root);
   add_bag_commands(root);
   add_look_command(root);
+  add_replay_command(root);
   add_teleop_command(root);
   add_sim_commands(root);
   add_imu_commands(root);

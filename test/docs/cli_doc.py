@@ -126,6 +126,7 @@ EXAMPLES = (
     Example("estop release"),
     Example("look --port 8089", ends=2, prints="/#token="),
     Example("bag record -a --for 2 -o drive"),
+    Example("replay launch/robot.launch.yaml --from drive --nodes transforms --nodes ekf --record replayed.mcap"),
     Example("bag play docs/examples/recordings/talker.mcap --topics /chatter -r 10"),
     Example("bag info docs/examples/recordings/talker.mcap"),
     Example("bag check docs/examples/recordings/talker.mcap"),

@@ -7,5 +7,7 @@ namespace nacelle::cli {
 
 /// Adds `bag`.
 void add_bag_commands(Command& root);
+/// Adds `replay`.
+void add_replay_command(Command& root);
 
 }  // namespace nacelle::cli

@@ -43,7 +43,7 @@ bool is_allowed(Transition transition, StateId from) {
 }  // namespace
 
 Executor& Container::Impl::executor_for(Record& record, const LoadRequest& request) {
-  if (request.thread.own) {
+  if (request.thread.own && !options.run_by_caller) {
     record.own_executor =
         std::make_unique<Executor>(request.name.empty() ? "own" : request.name, commons.clock, request.thread);
     supervisor.add(*record.own_executor);
@@ -51,8 +51,9 @@ Executor& Container::Impl::executor_for(Record& record, const LoadRequest& reque
   }
   auto shared = shared_executor.lock();
   if (!*shared) {
-    *shared = std::make_unique<Executor>("executor", commons.clock, ThreadPolicy{});
-    supervisor.add(**shared);
+    *shared = std::make_unique<Executor>("executor", commons.clock, ThreadPolicy{},
+                                         options.run_by_caller ? Running::ByCaller : Running::ByThreads);
+    if (!options.run_by_caller) supervisor.add(**shared);
   }
   return **shared;
 }
@@ -147,6 +148,17 @@ std::string Container::stalled() {
     if (record->own_executor) look(*record->own_executor);
   }
   return stalled;
+}
+
+MonotonicTime Container::step() {
+  Executor* const executor = impl_->shared_executor.lock()->get();
+  for (;;) {
+    if (executor != nullptr) executor->run_ready();
+    // It may tell status listeners, whose callbacks are then ready.
+    const MonotonicTime next = impl_->commons.broker.watch(impl_->commons.clock.now());
+    if (executor == nullptr) return next;
+    if (executor->is_idle()) return std::min(next, executor->next_timer());
+  }
 }
 
 void Container::call_while_waiting(std::function<void()> hook) { impl_->patience.call_while_waiting(std::move(hook)); }

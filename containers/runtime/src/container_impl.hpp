@@ -95,7 +95,7 @@ struct Record : NodeRecord {
 struct Container::Impl {
   Impl(Container& self, ContainerOptions o, const Clock& clock)
       : options(std::move(o)),
-        commons(clock),
+        commons(clock, options.run_by_caller ? Watching::ByCaller : Watching::ByThread),
         supervisor({options.handover_after, options.hang_after}),
         index(options.component_path),
         node_services(

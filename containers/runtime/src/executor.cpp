@@ -5,6 +5,7 @@
 #include <exception>
 #include <limits>
 #include <system_error>
+#include <utility>
 
 #include "executor_thread.hpp"
 #include "executor_worker.hpp"
@@ -22,8 +23,8 @@ void Executable::on_ready() noexcept {
   home_.executor().post(*this);
 }
 
-Executor::Executor(std::string name, const Clock& clock, ThreadPolicy policy)
-    : name_(std::move(name)), clock_(clock), policy_(std::move(policy)) {
+Executor::Executor(std::string name, const Clock& clock, ThreadPolicy policy, Running running)
+    : name_(std::move(name)), clock_(clock), policy_(std::move(policy)), running_(running) {
   try {
     start();
   } catch (...) {
@@ -36,6 +37,11 @@ Executor::~Executor() { stop(); }
 
 void Executor::start() {
   const LockGuard lock(mutex_);
+  if (running_ == Running::ByCaller) {
+    workers_.push_back(std::make_unique<Worker>(*this, true));  // stands for the calling thread
+    workers_.back()->state = Worker::State::Awake;
+    return;
+  }
   for (std::uint32_t i = 0; i < serving(); ++i) {
     start_worker();
     ++called_;
@@ -57,7 +63,9 @@ void Executor::stop() {
     }
   }
   for (const auto& worker : workers_) futex_wake(worker->word, 1);
-  for (const auto& worker : workers_) worker->thread.join();
+  if (running_ == Running::ByThreads) {
+    for (const auto& worker : workers_) worker->thread.join();
+  }
   while (Executable* const left = ready_.pop_front()) left->discard();
 }
 
@@ -74,7 +82,7 @@ void Executor::start_worker() {
 }
 
 // Returns the first ready executable that may run; moves those that may not to their node's backlog.
-inline Executable* Executor::pop() {
+[[gnu::always_inline]] inline Executable* Executor::pop() {
   while (Executable* const first = ready_.pop_front()) {
     if (admits(*first)) return first;
     hold_back(*first);
@@ -200,6 +208,38 @@ void Executor::work(Worker& self) {
   mutex_.unlock();
 }
 
+void Executor::run_ready() {
+  if (running_ == Running::ByThreads) return;
+  this_thread_runs_callbacks = true;
+  MonotonicTime now = clock_.now();
+  mutex_.lock();
+  Worker& self = *workers_.front();
+  if (self.group != nullptr || stopping_) {
+    mutex_.unlock();
+    return;
+  }
+  if (self.thread_id == 0) {
+    self.thread_id = this_thread_id();
+    self.cpu_clock = cpu_clock_of_this_thread();
+  }
+  Worker* const before = std::exchange(Worker::here, &self);
+  for (;;) {
+    if (now >= timers_.next_due()) fire_due_timers(now);
+    Executable* const next = pop();
+    if (next == nullptr) break;
+    Block* const message = begin(self, *next, now);
+    mutex_.unlock();
+    run(self, *next, message, now);
+    now = clock_.now();
+    mutex_.lock();
+    finish(self, now);
+  }
+  self.running = nullptr;
+  self.group = nullptr;
+  Worker::here = before;
+  mutex_.unlock();
+}
+
 // Releases the lock, and sleeps until called, or until the next timer is due if no other thread watches it.
 void Executor::rest(Worker& self) {
   self.running = nullptr;
@@ -273,7 +313,7 @@ void Executor::begin_transition(Worker& self, Executable& executable) {
   node.alone_ = node.barred_ = true;
   if (node.next_transition_ == &executable) node.next_transition_ = nullptr;
   // A transition may take seconds: the other nodes do not wait for it, not even for handover_after.
-  if (!policy_.own) hand_over(self);
+  if (hands_over_) hand_over(self);
 }
 
 // Without the lock. Returns whether the run's CPU time is measured.

@@ -111,6 +111,11 @@ bool Executor::is_armed(const TimerBase& timer) const {
   return timer.armed_;
 }
 
+MonotonicTime Executor::next_timer() const {
+  const LockGuard lock(mutex_);
+  return timers_.next_due();
+}
+
 std::uint64_t Executor::skipped(const TimerBase& timer) const {
   const LockGuard lock(mutex_);
   return timer.skipped_;
@@ -219,7 +224,7 @@ Duration Executor::supervise(const Limits& limits) {
       Worker& worker = *workers_[i];
       if (worker.group == nullptr) continue;
       const Duration ran = now - worker.started;
-      if (!policy_.own && (worker.unusual & Worker::kLate) == 0) {
+      if (hands_over_ && (worker.unusual & Worker::kLate) == 0) {
         if (ran > limits.handover_after) {
           hand_over(worker);
           handovers_.fetch_add(1, std::memory_order_relaxed);

@@ -503,7 +503,9 @@ void NodeRuntime::post(const char* name, const Patience& patience, std::function
 
 bool NodeRuntime::run_and_wait(const char* name, std::function<void()> what, const Deadline& deadline) {
   auto* const task = new Task(*own_group_, name, std::move(what));
-  const std::uint32_t state = executor().post(*task) ? task->wait(commons_.clock, deadline) : Task::kRefused;
+  const bool is_posted = executor().post(*task);
+  executor().run_ready();  // of a caller's executor no other thread would run it
+  const std::uint32_t state = is_posted ? task->wait(commons_.clock, deadline) : Task::kRefused;
   if (state == Task::kGivenUp) return false;
   executor().forget(*task);
   delete task;

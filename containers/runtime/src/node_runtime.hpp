@@ -24,8 +24,8 @@ namespace nacelle::runtime {
 
 /// The data that all nodes of a container share.
 struct Commons {
-  explicit Commons(const Clock& c)
-      : clock(c), broker(c, Watching::ByThread), motion_stops(std::make_shared<MotionStops>()) {
+  Commons(const Clock& c, Watching watching)
+      : clock(c), broker(c, watching), motion_stops(std::make_shared<MotionStops>()) {
     shared_objects.lock()->emplace(kMotionStopsName, motion_stops);
     shared_objects.lock()->emplace(kClockSkewsName, clock_skews);
   }

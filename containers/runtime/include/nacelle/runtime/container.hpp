@@ -36,6 +36,9 @@ struct ContainerOptions {
   Duration transition_timeout =
       30s;  ///< A lifecycle callback, constructor or destructor that takes longer is abandoned.
   NodeInterfaces node_interfaces = NodeInterfaces::None;
+  /// No thread runs callbacks: all components share one executor, which step() and the container's other functions run on their caller's
+  /// thread. With a clock that is told the time, a run is the same each time.
+  bool run_by_caller = false;
 };
 
 class CompositionHost;
@@ -106,6 +109,9 @@ class Container final {
   /// Returns how many components were abandoned because their code did not return. Their threads keep running, so the
   /// process must end with _exit(), without running destructors.
   [[nodiscard]] std::size_t abandoned() const;
+  /// For ContainerOptions::run_by_caller: runs what is ready, and the timers, deadlines and leases that are due, until nothing is. Returns
+  /// when the next one is due. Threads: one, also for load(), unload() and trigger() then.
+  MonotonicTime step();
   /// Returns which of the container's own threads has made no progress since the last call (the supervisor, or an executor with
   /// something to run); empty: none. A component that hangs is none of them, as long as the others run. Call it at
   /// intervals of a second or more. Threads: one.

@@ -17,6 +17,9 @@
 
 namespace nacelle::runtime {
 
+/// Who runs an executor's callbacks: threads of its own, or the thread that calls run_ready().
+enum class Running : std::uint8_t { ByThreads, ByCaller };
+
 /// Runs ready callbacks in the order in which they became ready, on one thread (or several, by its policy) that sleeps
 /// when there is nothing to do. It is driven by events, without wait sets. Why no wake-up is lost: docs/wake_up.md.
 ///
@@ -30,7 +33,8 @@ class Executor {
   struct Limits {
     Duration handover_after, hang_after;
   };
-  Executor(std::string name, const Clock& clock, ThreadPolicy policy);
+  /// With Running::ByCaller it has no thread, and time passes as the clock says: run_ready() runs everything.
+  Executor(std::string name, const Clock& clock, ThreadPolicy policy, Running running = Running::ByThreads);
   ~Executor();
   Executor(const Executor&) = delete;
   Executor& operator=(const Executor&) = delete;
@@ -75,6 +79,13 @@ class Executor {
   [[nodiscard]] std::string why_not_wait_for(const CallbackGroup& group) const;
   /// The same for a transition of that node.
   [[nodiscard]] std::string why_not_wait_for(const NodeGroups& node) const;
+
+  /// Runs what is ready, and the timers that are due, on the calling thread, until nothing is. Does nothing within a callback of this
+  /// executor, and with Running::ByThreads. Threads: one.
+  void run_ready();
+  [[nodiscard]] bool is_run_by_caller() const { return running_ == Running::ByCaller; }
+  /// Returns when the next timer is due; kNever if none waits.
+  [[nodiscard]] MonotonicTime next_timer() const;
 
   /// Called by the supervisor. Takes the queue from a callback that runs too long, and reports one that hangs as a
   /// fault, once. Returns the time until the next call: when the next callback would be late, or Duration::max() if
@@ -145,7 +156,9 @@ class Executor {
   const std::string name_;
   const Clock& clock_;
   const ThreadPolicy policy_;
-  const MonotonicTime epoch_ = clock_.now();  // origin of the ticks that timers share
+  const Running running_;
+  const bool hands_over_ = !policy_.own && running_ == Running::ByThreads;  // late callbacks lose the queue
+  const MonotonicTime epoch_ = clock_.now();                                // origin of the ticks that timers share
   std::function<void()> activity_hook_;
 
   const std::shared_ptr<FutexMutex> shared_mutex_ = std::make_shared<FutexMutex>();
