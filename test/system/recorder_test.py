@@ -161,6 +161,81 @@ class Killed(Recorder, RobotTest):
                 bag.unlink()
 
 
+class BlackBox(Recorder, RobotTest):
+    """A robot whose launch file has a recorder with a ring."""
+
+    def start_robot(self, name):
+        source = pathlib.Path(os.environ["NACELLE_LAUNCH_FILE"])
+        file = self.folder / "box.launch.yaml"
+        ring = "{name: storage.ring, value: 30}, {name: storage.ring_size, value: 16000000}, {name: storage.compression, value: lz4}, "
+        file.write_text(source.read_text() + RECORDER.replace("FOLDER", str(self.folder)).replace("param: [", "param: [" + ring))
+        robot = self.start_program("launch", file, "sim:=true", f"sim_dir:={self.folder}/sim", "--name", name,
+                                   f"config:={source.parent}/config/robot.yaml", f"description:={source.parent}/robot.urdf")  # fmt: skip
+        self.addCleanup(robot.stdout.close)
+        self.addCleanup(interrupt, robot)
+        wait_for("the robot", lambda: " active in " in robot.stdout.readline())
+        return robot
+
+    def snapshots(self):
+        return sorted(path.name for path in self.folder.glob("bag*"))
+
+    def check(self, bag):
+        self.expect_exit(self.run_program("bag", "check", bag), 0)
+        counts = self.counts(bag)
+        for topic in ("/odom", "/tf_static", "/robot_description"):
+            self.assertGreaterEqual(counts.get(topic, 0), 1, topic)
+
+    def test_it_writes_the_last_seconds_when_asked_after_a_stop_and_after_a_kill(self):
+        robot = self.start_robot(f"box{os.getpid()}")
+        self.assertEqual(self.snapshots(), [], "nothing is written unless it is asked for")
+        asked = self.expect_exit(self.run_program("bag", "snapshot"), 0)
+        self.assertEqual(asked.stdout, f"{self.folder}/bag\n")
+        self.check(self.folder / "bag")
+        called = self.expect_exit(self.run_program("service", "call", "/rosbag2_recorder/snapshot", "rosbag2_interfaces/srv/Snapshot"), 0)
+        self.assertIn("true", called.stdout.lower())
+        self.check(self.folder / "bag_2")
+
+        self.expect_exit(self.run_program("estop", "set"), 0)
+        wait_for("the snapshot of the stop", (self.folder / "bag_3" / "metadata.yaml").exists)
+        self.check(self.folder / "bag_3")
+
+        os.killpg(robot.pid, signal.SIGKILL)
+        killed = time.time()
+        robot.wait()
+        self.start_robot(f"box{os.getpid()}")
+        left = self.folder / "bag_crashed"
+        wait_for("what the killed robot left", (left / "metadata.yaml").exists)
+        self.check(left)
+        self.assertLess(killed - self.info(left)["end_ns"] * 1e-9, 2.0 * SLOW)
+
+    def test_a_recorder_without_a_ring_has_no_snapshot(self):
+        self.assertNotEqual(self.run_program("bag", "snapshot").returncode, 0)
+        for words in (("--ring", "soon"), ("--ring", "0s"), ("--ring", "60s", "--ring-size", "64"), ("--ring", "60s", "-d", "5")):
+            refused = self.run_program("bag", "record", "-a", *words)
+            self.assertEqual(refused.returncode, 2, refused.stderr)
+
+
+class Ring(Recorder, RunningRobotTest):
+    def test_the_command_keeps_a_ring_until_it_ends(self):
+        bag = self.folder / "ring"
+        recorder = self.start_program("bag", "record", "-a", "--ring", "20s", "--ring-size", "8MB", "-o", bag)
+        self.assertIn("Keeping the last 20s in memory", recorder.stdout.readline())
+        self.expect_exit(self.run_program("bag", "snapshot"), 0)
+        self.assertEqual(recorder.stdout.readline(), f"{bag} is written\n")
+        self.expect_exit(self.run_program("bag", "check", bag), 0)
+        self.assertEqual(self.counts(bag).get("/tf_static"), 1, "published long before")
+        self.assertLess(self.info(bag)["bytes"], 12e6)
+        interrupt(recorder)
+        self.assertIn("1 snapshot of rosbag2_recorder", recorder.stdout.read())
+        recorder.stdout.close()
+        self.assertFalse(list(self.folder.glob("ring_*")))
+        plain = self.start_recording(self.folder / "plain", "/odom")
+        refused = self.run_program("bag", "snapshot")
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("keeps no ring", refused.stderr)
+        self.end(plain)
+
+
 class Absent(RobotTest):
     def test_without_a_robot_there_is_nothing_to_record(self):
         self.assertEqual(self.run_program("bag", "record", "-a").returncode, 3)

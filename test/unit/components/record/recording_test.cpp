@@ -27,7 +27,7 @@ class RecordingTest : public TemporaryFolder {
   static void say(Recording& recording, const std::string& words, std::uint64_t at) {
     String message;
     message.data = words;
-    recording.write(recording.add_topic("/chatter", String::message_type(), {QoS(10)}), &message, at, at - 1);
+    recording.write(recording.add_topic("/chatter", String::message_type(), {QoS(10)}), &message, {at, at - 1});
   }
   [[nodiscard]] const RecordingSummary& summary_of(int file) {
     auto source = FileSource::open(path("bag/bag_" + std::to_string(file) + ".mcap"));
