@@ -5,10 +5,11 @@ import os
 import pathlib
 import re
 import signal
+import struct
 import time
 import unittest
 
-from robot import SLOW, RobotTest, RunningRobotTest, interrupt, wait_for
+from robot import LAUNCH_FILE, SLOW, RobotTest, RunningRobotTest, interrupt, wait_for
 
 RECORDER = """
     - pkg: nacelle_record
@@ -29,6 +30,22 @@ class Recorder:
 
     def counts(self, bag):
         return {topic["name"]: topic["messages"] for topic in self.info(bag)["topics"]}
+
+    def attachments(self, file):
+        """Of an MCAP file: the texts by their names."""
+        data, at, found = file.read_bytes(), 8, {}
+        while at + 9 <= len(data) - 8:
+            opcode, length = struct.unpack_from("<BQ", data, at)
+            if opcode == 9:
+                fields, place = [], at + 9 + 16  # after the times
+                for size in ("<I", "<I", "<Q"):
+                    (count,) = struct.unpack_from(size, data, place)
+                    place += struct.calcsize(size)
+                    fields.append(data[place : place + count].decode())
+                    place += count
+                found[fields[0]] = fields[2]
+            at += 9 + length
+        return found
 
     def start_recording(self, bag, *words):
         self.said_before = (self.folder / "log").stat().st_size
@@ -69,6 +86,25 @@ class Record(Recorder, RunningRobotTest):
         metadata = (bag / "metadata.yaml").read_text()
         self.assertIn(f"  message_count: {found['messages']}\n", metadata)
         self.assertNotIn("rosbag2_recorder", self.run_program("component", "list").stdout)
+
+    def test_it_has_what_the_run_was_started_with(self):
+        bag = self.folder / "attached"
+        self.expect_exit(self.run_program("bag", "record", "/odom", "--for", "2", "-o", bag), 0)
+        expected = {"robot.launch.yaml", "config/robot.yaml", "parameters.yaml", "robot_description.urdf"}
+        self.assertEqual({one["name"] for one in self.info(bag)["attachments"]} & expected, expected)
+        self.assertIn("parameters.yaml (application/yaml", self.run_program("bag", "info", bag).stdout)
+        texts = self.attachments(bag / "attached_0.mcap")
+        self.assertEqual(texts["robot.launch.yaml"], pathlib.Path(LAUNCH_FILE).read_text())
+        self.assertIn("<robot", texts["robot_description.urdf"])
+        dumped = self.expect_exit(self.run_program("param", "dump", "/lidar"), 0).stdout
+        self.assertIn(dumped, texts["parameters.yaml"])
+        for words in (("cut", "--duration", "1"), ("filter", "--topics", "/odom"), ("convert", "--compression", "zstd"), ("recover",)):
+            copy = self.folder / f"{words[0]}.mcap"
+            self.expect_exit(self.run_program("bag", words[0], bag / "attached_0.mcap", *words[1:], "-o", copy), 0)
+            self.assertEqual(self.attachments(copy), texts, words)
+        both = self.folder / "both.mcap"
+        self.expect_exit(self.run_program("bag", "merge", bag, self.folder / "cut.mcap", "-o", both), 0)
+        self.assertEqual(len(self.info(both)["attachments"]), 2 * len(texts))
 
     def test_it_ends_by_itself_and_splits_files(self):
         bag = self.folder / "split"

@@ -28,4 +28,10 @@ std::optional<std::uint16_t> channel_of(const MessageLog::Topic& topic, McapWrit
       {{"offered_qos_profiles", offered_qos_profiles(topic.known.offered)}, {"topic_type_hash", topic.known.hash}});
 }
 
+bool write_attachment(const RunText& text, std::uint64_t time, McapWriter& writer) {
+  McapAttachment attachment{time, time, text.name, text.media_type};
+  attachment.data.bytes = as_bytes(text.text);
+  return writer.write_attachment(attachment);
+}
+
 }  // namespace nacelle::record

@@ -10,6 +10,7 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/time.hpp"
 #include "nacelle/msgs/message_type.hpp"
+#include "nacelle/node/container_facts.hpp"
 #include "record/model/bag_metadata.hpp"
 #include "record/protocol/mcap_writer.hpp"
 
@@ -43,6 +44,8 @@ class MessageLog {
 
   /// Encodes a message of the topic with this number. Does nothing once the log has ended.
   virtual void write(std::size_t index, const void* message, const MessageStamps& stamps) = 0;
+  /// Adds a file that belongs to the recording, as one that came at `time` (as a log time).
+  virtual void attach(const RunText& text, std::uint64_t time) = 0;
   /// Closes a chunk that is a second old. To be called several times a second.
   virtual void look_at_time(MonotonicTime now) = 0;
   /// Continues in another file, where there are files.
@@ -71,5 +74,8 @@ class MessageLog {
 
 /// Returns the id of the topic's channel in a file, as rosbag2 describes it. Errors: nullopt if the file cannot have more.
 [[nodiscard]] std::optional<std::uint16_t> channel_of(const MessageLog::Topic& topic, McapWriter& writer);
+
+/// Writes an attachment. Errors: false if the sink failed.
+[[nodiscard]] bool write_attachment(const RunText& text, std::uint64_t time, McapWriter& writer);
 
 }  // namespace nacelle::record

@@ -215,6 +215,8 @@ CallbackReturn RecordComponent::on_activate(const State&) {
     end(*no_log_);
     return CallbackReturn::SUCCESS;
   }
+  for (const RunText& text : facts_->run_texts())
+    (*log)->attach(text, static_cast<std::uint64_t>(SystemClock{}.wall_now().nanoseconds()));
   recorder_ = std::make_unique<Recorder>(GenericTopics{host(), get_fully_qualified_name()}, recorder_options(),
                                          std::move(*log), end);
   return CallbackReturn::SUCCESS;

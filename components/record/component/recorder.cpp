@@ -36,10 +36,24 @@ std::uint64_t nanoseconds(WallTime time) {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, time.since_origin.count()));
 }
 
+constexpr std::string_view kDescriptionTopic = "/robot_description", kDescriptionType = "std_msgs/msg/String";
 constexpr std::string_view kStopTopic = "/emergency_stop", kStopType = "std_msgs/msg/Bool";
 
 bool is_emergency_stop(const EndpointSpec& spec) {
   return spec.topic.ends_with(kStopTopic) && spec.type->name == kStopType;
+}
+
+bool is_description(const EndpointSpec& spec) {
+  return spec.topic.ends_with(kDescriptionTopic) && spec.type->name == kDescriptionType;
+}
+
+/// Of a std_msgs/String.
+std::string text_in(const msgs::MessageType& type, const void* message) {
+  constexpr std::size_t kBegin = 4 + 4;  // after the encapsulation's header and the length; a zero ends it
+  Bytes encoded(type.encoded_size(message));
+  type.encode(message, encoded.data());
+  if (encoded.size() <= kBegin) return {};
+  return std::string{as_text(ByteView{encoded}.subspan(kBegin, encoded.size() - kBegin - 1))};
 }
 
 /// Of a std_msgs/Bool.
@@ -58,8 +72,10 @@ struct Recorder::Stream final : ReadyListener {
   }
   Recorder& owner;
   std::size_t topic = 0;
-  std::string stop;  // a topic that is read for its emergency stops; empty: the stream is recorded
-  const msgs::MessageType* type = nullptr;  // of the stop
+  enum class Use : std::uint8_t { Record, Stop, Description } use = Use::Record;
+  // Of streams that are not recorded.
+  std::string name;
+  const msgs::MessageType* type = nullptr;
   QoS qos{1};
   std::atomic<bool> queued{false};
   std::uint64_t lost_before = 0;  // by earlier readers
@@ -172,6 +188,7 @@ void Recorder::run() {
     jobs_.clear();
   }
   for (auto& [key, stream] : stops_) stream->reader.reset();
+  for (auto& [key, stream] : descriptions_) stream->reader.reset();
   // A recorder that has ended costs its publishers nothing.
   for (auto& [key, stream] : streams_) close_reader(*stream);
   note_figures();
@@ -214,7 +231,9 @@ void Recorder::take_changes() {
       forget_stop_reader(change.endpoint);
     } else if (!change.made->is_writer) {
       look_for_stop(*change.made);
-    } else if (options_.choice.takes(change.made->spec.topic)) {
+    } else {
+      if (is_description(change.made->spec)) look_for_description(*change.made);
+      if (!options_.choice.takes(change.made->spec.topic)) continue;
       Key key{change.made->spec.topic, change.made->spec.type};
       touched.insert(key);
       writers_.insert_or_assign(change.endpoint, std::pair{std::move(key), change.made->spec.qos});
@@ -246,6 +265,29 @@ void Recorder::read(const Key& key) {
   take_messages(*stream);  // its history
 }
 
+void Recorder::look_for_description(const EndpointInfo& endpoint) {
+  const Key key{endpoint.spec.topic, endpoint.spec.type};
+  auto& stream = descriptions_[key];
+  if (stream) return;
+  stream = std::make_unique<Stream>(*this);
+  stream->use = Stream::Use::Description;
+  stream->name = key.first;
+  stream->type = key.second;
+  stream->reader = topics_.read(key.first, *key.second, fitting({endpoint.spec.qos}, false), *stream);
+  take_description(*stream);
+}
+
+/// One text is enough: recordings have the topic for others.
+void Recorder::take_description(Stream& stream) {
+  stream.queued = false;
+  Block* const block = stream.reader ? stream.reader->take() : nullptr;
+  if (block == nullptr) return;
+  log_->attach({stream.name.substr(1) + ".urdf", "application/xml", text_in(*stream.type, block->message)},
+               nanoseconds(topics_.clock().wall_now()));
+  drop_reference(*block);
+  stream.reader.reset();
+}
+
 /// A stop is read as long as somebody else reads it. The reader fits each publisher, and gets nothing of what was published before.
 void Recorder::look_for_stop(const EndpointInfo& endpoint) {
   if (endpoint.spec.node == topics_.node()) return;
@@ -254,7 +296,8 @@ void Recorder::look_for_stop(const EndpointInfo& endpoint) {
   auto& stream = stops_[key];
   if (!stream) stream = std::make_unique<Stream>(*this);
   if (stream->reader) return;
-  stream->stop = key.first;
+  stream->use = Stream::Use::Stop;
+  stream->name = key.first;
   stream->type = key.second;
   stream->reader = topics_.read(key.first, *key.second, QoS{kLeastDepth}.best_effort(), *stream);
 }
@@ -274,13 +317,14 @@ void Recorder::take_stops(Stream& stream) {
   while (stream.reader) {
     Block* const block = stream.reader->take();
     if (block == nullptr) return;
-    if (is_set(*stream.type, block->message)) options_.on_stop(stream.stop);
+    if (is_set(*stream.type, block->message)) options_.on_stop(stream.name);
     drop_reference(*block);
   }
 }
 
 void Recorder::take_messages(Stream& stream) {
-  if (!stream.stop.empty()) return take_stops(stream);
+  if (stream.use == Stream::Use::Stop) return take_stops(stream);
+  if (stream.use == Stream::Use::Description) return take_description(stream);
   // Reset before reading: messages that come meanwhile signal again.
   stream.queued = false;
   // What comes after a pause is not understood without the messages that stay (a map, fixed transforms).

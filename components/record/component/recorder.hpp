@@ -40,6 +40,7 @@ struct RecorderFigures {
 /// Records the topics of a container on a thread of its own, which shares the publishers' messages and encodes each once. New publishers are
 /// found while it records.
 ///
+/// The robot's description (URDF), as the first publisher of a topic robot_description has it, is attached, chosen or not.
 /// A topic is read best_effort if one of its publishers is, and with its history if all of its publishers keep one.
 /// Threads: construct and destroy on the component's executor; the other functions on any. Allocates: for new topics and chunks.
 class Recorder final : private GraphListener {
@@ -91,6 +92,8 @@ class Recorder final : private GraphListener {
   [[nodiscard]] bool wait();
   void take_changes();
   void run_jobs();
+  void look_for_description(const EndpointInfo& endpoint);
+  void take_description(Stream& stream);
   void look_for_stop(const EndpointInfo& endpoint);
   void forget_stop_reader(std::uint64_t reader);
   void take_stops(Stream& stream);
@@ -118,8 +121,9 @@ class Recorder final : private GraphListener {
   // The thread's own.
   std::map<std::uint64_t, std::pair<Key, QoS>> writers_;
   std::map<Key, std::unique_ptr<Stream>> streams_;
-  std::map<Key, std::unique_ptr<Stream>> stops_;  // emergency stops
-  std::map<std::uint64_t, Key> stop_readers_;     // of others
+  std::map<Key, std::unique_ptr<Stream>> stops_;         // emergency stops
+  std::map<std::uint64_t, Key> stop_readers_;            // of others
+  std::map<Key, std::unique_ptr<Stream>> descriptions_;  // robot descriptions, whose first text is attached
   std::vector<std::function<void()>> jobs_now_;
   std::vector<Change> changes_now_;
   std::vector<Stream*> ready_now_;

@@ -116,6 +116,10 @@ void Recording::write(std::size_t index, const void* message, const MessageStamp
   if (longest != 0 && file.last - file.first >= longest) split();
 }
 
+void Recording::attach(const RunText& text, std::uint64_t time) {
+  if (writer_ && has_space() && !write_attachment(text, time, *writer_) && disk_.problem()) end(*disk_.problem());
+}
+
 void Recording::look_at_time(MonotonicTime now) {
   now_ = now;
   if (!writer_) return;

@@ -40,6 +40,8 @@ class Recording final : public MessageLog {
   ~Recording() override { static_cast<void>(finish()); }
 
   void write(std::size_t index, const void* message, const MessageStamps& stamps) override;
+  /// Of several files, the open one has it.
+  void attach(const RunText& text, std::uint64_t time) override;
   void look_at_time(MonotonicTime now) override;
   /// Waits until the disk has the chunks that are closed.
   void flush() { disk_.drain(); }

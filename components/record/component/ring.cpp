@@ -44,10 +44,12 @@ std::string kept_name(std::uint64_t kept, std::uint64_t chunk) {
   return fmt::format("kept_{:0{}}_{:0{}}.mcap", kept, kDigits, chunk, kDigits);
 }
 
+std::string attached_name(std::uint64_t attached) { return fmt::format("run_{:0{}}.mcap", attached, kDigits); }
+
 std::vector<std::string> in_ring_order(std::vector<std::string> paths) {
-  constexpr std::string_view kKept = "kept_", kEnd = ".mcap";
+  constexpr std::string_view kRun = "run_", kKept = "kept_", kEnd = ".mcap";
   std::set<std::string, std::less<>> chunks;
-  std::map<std::string, std::string> ordered;  // by a key: kept messages are before chunks
+  std::map<std::string, std::string> ordered;  // by a key: attachments, kept messages, chunks
   for (int round = 0; round < 2; ++round) {
     for (std::string& path : paths) {
       const std::string name = std::filesystem::path{path}.filename().string();
@@ -55,12 +57,14 @@ std::vector<std::string> in_ring_order(std::vector<std::string> paths) {
       const std::string_view stem = std::string_view{name}.substr(0, name.size() - kEnd.size());
       if (round == 0 && is_number(stem)) {
         chunks.emplace(stem);
-        ordered.emplace("1" + name, path);
+        ordered.emplace("2" + name, path);
       }
+      if (round == 0 && stem.starts_with(kRun) && is_number(stem.substr(kRun.size())))
+        ordered.emplace("0" + name, path);
       if (round == 0 || !stem.starts_with(kKept) || stem.size() != kKept.size() + 2 * kDigits + 1) continue;
       const std::string_view chunk = stem.substr(stem.size() - kDigits);
       if (is_number(stem.substr(kKept.size(), kDigits)) && is_number(chunk) && chunks.count(chunk) == 0)
-        ordered.emplace("0" + name, path);
+        ordered.emplace("1" + name, path);
     }
   }
   std::vector<std::string> all;
@@ -98,7 +102,7 @@ void Ring::drop_oldest() {
 
 /// Nothing: not even an empty ring has room for it.
 std::shared_ptr<const RingFile> Ring::add(const std::string& name, ByteView bytes) {
-  while (!chunks_.empty() && bytes_ + kept_bytes_ + bytes.size() > options_.most_bytes) drop_oldest();
+  while (!chunks_.empty() && stored() + bytes.size() > options_.most_bytes) drop_oldest();
   for (;;) {
     auto file = folder_->add(name, bytes);
     if (file) return std::move(*file);
@@ -116,7 +120,7 @@ void Ring::store() {
     bytes_ += size;
     chunks_.push_back({std::move(file), chunk_begun_, now_});
     // One message may be larger than the ring.
-    while (!chunks_.empty() && bytes_ + kept_bytes_ > options_.most_bytes) drop_oldest();
+    while (!chunks_.empty() && stored() > options_.most_bytes) drop_oldest();
   }
   memory_.bytes.clear();
 }
@@ -144,6 +148,16 @@ void Ring::keep(std::size_t index, const void* message, const MessageStamps& sta
   kept_bytes_ += file->bytes();
   kept_.push_back({std::move(file), index, stamps.writer});
   while (kept_bytes_ > most && kept_.size() > 1) forget_kept(kept_.begin());
+}
+
+void Ring::attach(const RunText& text, std::uint64_t time) {
+  if (attached_bytes_ + text.text.size() > options_.most_bytes / 4) return;
+  kept_memory_.bytes.clear();
+  if (problem_ || !kept_writer_.start_another() || !write_attachment(text, time, kept_writer_)) return;
+  auto file = add(attached_name(attached_.size()), kept_memory_.bytes);
+  if (!file) return;
+  attached_bytes_ += file->bytes();
+  attached_.push_back(std::move(file));
 }
 
 void Ring::write(std::size_t index, const void* message, const MessageStamps& stamps) {
@@ -177,7 +191,7 @@ void Ring::look_at_time(MonotonicTime now) {
 
 Ring::Files Ring::content() {
   if (writer_.pending() > 0 && writer_.close_chunk()) store();
-  Files all;
+  Files all = attached_;
   for (const Kept& one : kept_) all.push_back(one.file);
   for (const Chunk& one : chunks_) all.push_back(one.file);
   return all;

@@ -39,6 +39,8 @@ class Ring final : public MessageLog {
   ~Ring() override = default;
 
   void write(std::size_t index, const void* message, const MessageStamps& stamps) override;
+  /// Each snapshot has it, up to a quarter of the bytes.
+  void attach(const RunText& text, std::uint64_t time) override;
   void look_at_time(MonotonicTime now) override;
   void split() override {}
   /// What is there stays until the ring is destroyed, or as long as a snapshot holds it.
@@ -46,9 +48,9 @@ class Ring final : public MessageLog {
 
   [[nodiscard]] const std::string& folder() const override { return folder_->path(); }
   [[nodiscard]] const std::string& file() const override { return file_; }
-  [[nodiscard]] std::size_t files() const override { return chunks_.size() + kept_.size(); }
+  [[nodiscard]] std::size_t files() const override { return chunks_.size() + kept_.size() + attached_.size(); }
   /// Those that are in memory now.
-  [[nodiscard]] std::uint64_t bytes() const override { return bytes_ + kept_bytes_ + writer_.pending(); }
+  [[nodiscard]] std::uint64_t bytes() const override { return stored() + writer_.pending(); }
   [[nodiscard]] std::optional<Duration> reach() const override;
   [[nodiscard]] std::uint64_t most_bytes() const { return options_.most_bytes; }
 
@@ -75,6 +77,7 @@ class Ring final : public MessageLog {
     std::uint64_t writer = 0;
   };
   Ring(RingOptions options, std::shared_ptr<RingFolder> folder);
+  [[nodiscard]] std::uint64_t stored() const { return bytes_ + kept_bytes_ + attached_bytes_; }
   void store();
   void keep(std::size_t index, const void* message, const MessageStamps& stamps, std::uint64_t chunk);
   void forget_kept(std::deque<Kept>::iterator which);
@@ -87,8 +90,9 @@ class Ring final : public MessageLog {
   McapWriter writer_, kept_writer_;
   std::deque<Chunk> chunks_;
   std::deque<Kept> kept_;
+  std::vector<std::shared_ptr<const RingFile>> attached_;
   std::uint64_t next_ = 0, next_kept_ = 0;  // numbers
-  std::uint64_t bytes_ = 0, kept_bytes_ = 0;
+  std::uint64_t bytes_ = 0, kept_bytes_ = 0, attached_bytes_ = 0;
   MonotonicTime now_{}, chunk_begun_{};
   const std::string file_;
 };
@@ -96,7 +100,8 @@ class Ring final : public MessageLog {
 /// The names of the ring's files, by the number of the chunk and of the kept message.
 [[nodiscard]] std::string chunk_name(std::uint64_t chunk);
 [[nodiscard]] std::string kept_name(std::uint64_t kept, std::uint64_t chunk);
-/// Returns the files that belong into a snapshot, in its order: kept messages whose chunk is not there, then the chunks. Files with other names
+[[nodiscard]] std::string attached_name(std::uint64_t attached);
+/// Returns the files that belong into a snapshot, in its order: attachments, kept messages whose chunk is not there, then the chunks. Files with other names
 /// are left out.
 [[nodiscard]] std::vector<std::string> in_ring_order(std::vector<std::string> paths);
 

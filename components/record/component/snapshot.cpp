@@ -61,6 +61,9 @@ class Part final : public McapVisitor {
     copy_.on_message(message, spot);
   }
   void on_chunk(const McapChunk& chunk, const McapSpot& spot) override { copy_.on_chunk(chunk, spot); }
+  void on_attachment(const McapAttachment& attachment, const McapSpot& spot) override {
+    copy_.on_attachment(attachment, spot);
+  }
   void on_problem(const McapProblem& problem) override {
     // No file of a ring has an end; of the one that was being written at a kill the chunk is cut.
     if (problem.fault != McapFault::Truncated) ++problems_;

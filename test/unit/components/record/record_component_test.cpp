@@ -5,6 +5,7 @@
 #include <sensor_msgs/msg/image.hpp>
 #include <std_msgs/msg/string.hpp>
 
+#include "nacelle/node/container_facts.hpp"
 #include "nacelle/runtime/test_container.hpp"
 #include "record/model/recording_summary.hpp"
 #include "record/port/recording_file.hpp"
@@ -66,6 +67,32 @@ TEST_F(RecordComponentTest, records_what_is_there_and_what_comes_later) {
   EXPECT_EQ(all.at("/kept"), 1U);
   EXPECT_EQ(all.at("/later"), 2U);
   EXPECT_EQ(all.at("/diagnostics"), 1U);
+}
+
+TEST_F(RecordComponentTest, attaches_what_the_run_was_started_with_and_the_robots_description) {
+  const auto facts =
+      std::static_pointer_cast<ContainerFacts>(container_.container().shared_object(kContainerFactsName));
+  facts->read_texts_by([] { return std::vector<RunText>{{"robot.launch.yaml", "application/yaml", "launch: []\n"}}; });
+  auto a = container_.advertise<String>("/a", QoS(10));
+  const auto recorder = record({{"record.topics", std::vector<std::string>{"/a"}}});
+  auto description = container_.advertise<String>("/arm/robot_description", QoS(1).transient_local());
+  description.publish(words("<robot name='arm'/>"));
+  auto reader = container_.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
+  static_cast<void>(reader.next());  // a second
+  description.publish(words("<robot name='another'/>"));
+  end(recorder);
+  EXPECT_EQ(recorded(), (std::map<std::string, std::uint64_t>{}));
+  auto source = FileSource::open(path("bag/bag_0.mcap"));
+  struct Texts final : McapVisitor {
+    void on_attachment(const McapAttachment& one, const McapSpot&) override {
+      all[one.name] = std::string{as_text(one.data.bytes)};
+    }
+    void on_problem(const McapProblem& problem) override { ADD_FAILURE() << problem.what; }
+    std::map<std::string, std::string> all;
+  } texts;
+  ASSERT_TRUE(source && walk_mcap(**source, texts));
+  EXPECT_EQ(texts.all, (std::map<std::string, std::string>{{"robot.launch.yaml", "launch: []\n"},
+                                                           {"arm/robot_description.urdf", "<robot name='arm'/>"}}));
 }
 
 TEST_F(RecordComponentTest, takes_the_topics_that_are_chosen) {

@@ -75,6 +75,21 @@ TEST_F(RecordingTest, is_a_folder_as_rosbag2_makes_it) {
   EXPECT_TRUE(has("metadata rosbag2 serialized_metadata=rosbag2_bagfile_information:"));
 }
 
+TEST_F(RecordingTest, has_what_is_attached_beside_its_messages) {
+  auto recording = begin();
+  recording->attach({"robot.launch.yaml", "application/yaml", "launch: []\n"}, 5);
+  say(*recording, "hello", 100);
+  recording->attach({"robot_description.urdf", "application/xml", "<robot/>"}, 200);
+  say(*recording, "world", 300);
+  EXPECT_FALSE(recording->finish());
+  const auto& summary = summary_of(0);
+  EXPECT_EQ(summary.messages(), 2U);
+  ASSERT_EQ(summary.attachments().size(), 2U);
+  EXPECT_EQ(summary.attachments()[0].name, "robot.launch.yaml");
+  EXPECT_EQ(summary.attachments()[0].bytes, 11U);
+  EXPECT_EQ(summary.attachments()[1].media_type, "application/xml");
+}
+
 TEST_F(RecordingTest, never_touches_what_is_there) {
   std::filesystem::create_directory(path("bag"));
   const auto refused = Recording::begin({.folder = path("bag")});

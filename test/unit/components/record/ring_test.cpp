@@ -127,6 +127,24 @@ TEST_F(RingTest, keeps_what_publishers_keep_for_late_readers) {
   EXPECT_EQ(all.at("/chatter").front(), 18U);
 }
 
+TEST_F(RingTest, has_what_is_attached_in_each_snapshot) {
+  auto ring = begin({.longest = 2s, .most_bytes = 100'000});
+  ring->attach({"robot.launch.yaml", "application/yaml", "launch: []\n"}, 5);
+  ring->attach({"large.yaml", "application/yaml", std::string(26'000, 'x')}, 5);
+  for (std::uint64_t second = 10; second <= 20; ++second) chunk(*ring, std::string(20'000, 'x'), second);
+  EXPECT_LE(ring->bytes(), 100'000U);
+  for (int round = 0; round < 2; ++round) {
+    const auto made = snapshot(ring->content());
+    ASSERT_TRUE(made);
+    EXPECT_EQ(times(*made).size(), 1U);
+    auto source = FileSource::open(made->folder + made->folder.substr(made->folder.rfind('/')) + "_0.mcap");
+    RecordingSummary summary;
+    ASSERT_TRUE(source && walk_mcap(**source, summary));
+    ASSERT_EQ(summary.attachments().size(), 1U) << "at most a quarter of the ring";
+    EXPECT_EQ(summary.attachments().front().name, "robot.launch.yaml");
+  }
+}
+
 TEST_F(RingTest, forgets_kept_messages_above_half_of_its_bytes) {
   auto ring = begin({.most_bytes = 100'000});
   for (std::uint64_t writer = 1; writer <= 20; ++writer) latch(*ring, std::string(9'000, 'x'), writer, writer);
@@ -247,11 +265,11 @@ TEST_F(LeftRingTest, that_is_no_ring_is_refused) {
 }
 
 TEST(RingOrder, has_kept_messages_before_chunks_and_none_twice) {
-  const auto ordered =
-      in_ring_order({"/a/" + chunk_name(7), "/a/" + kept_name(2, 7), "/a/" + kept_name(1, 3), "/a/" + kept_name(0, 4),
-                     "/a/" + chunk_name(6), "/a/other.mcap", "/a/kept_1.mcap", "/a/" + chunk_name(8) + ".old"});
-  EXPECT_EQ(ordered, (std::vector<std::string>{"/a/" + kept_name(0, 4), "/a/" + kept_name(1, 3), "/a/" + chunk_name(6),
-                                               "/a/" + chunk_name(7)}));
+  const auto ordered = in_ring_order({"/a/" + chunk_name(7), "/a/" + kept_name(2, 7), "/a/" + kept_name(1, 3),
+                                      "/a/" + kept_name(0, 4), "/a/" + chunk_name(6), "/a/" + attached_name(0),
+                                      "/a/other.mcap", "/a/kept_1.mcap", "/a/" + chunk_name(8) + ".old"});
+  EXPECT_EQ(ordered, (std::vector<std::string>{"/a/" + attached_name(0), "/a/" + kept_name(0, 4),
+                                               "/a/" + kept_name(1, 3), "/a/" + chunk_name(6), "/a/" + chunk_name(7)}));
 }
 
 }  // namespace
