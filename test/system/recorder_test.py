@@ -108,8 +108,9 @@ class Record(Recorder, RunningRobotTest):
 
     def test_it_ends_by_itself_and_splits_files(self):
         bag = self.folder / "split"
-        done = self.expect_exit(self.run_program("bag", "record", "/odom", "-e", "^/im", "-x", "raw$", "-d", "1", "--for", "3", "-o", bag), 0)
+        done = self.expect_exit(self.run_program("bag", "record", "/odom", "/never", "-e", "^/im", "-x", "raw$", "-d", "1", "--for", "3", "-o", bag), 0)
         self.assertIn(f"{bag} is complete\n", done.stdout)
+        self.assertIn("never published: /never", done.stderr)
         self.assertEqual(set(self.counts(bag)), {"/odom", "/imu/data", "/imu/mag", "/imu/temperature"})
         self.assertGreaterEqual(len(self.info(bag)["files"]), 3)
         refused = self.run_program("bag", "record", "-a", "-o", bag)

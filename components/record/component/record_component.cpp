@@ -53,6 +53,7 @@ RecordComponent::RecordComponent(const NodeOptions& options)
     note(problem);
   }
   declare_storage();
+  split_events_ = create_publisher<rosbag2_interfaces::msg::WriteSplitEvent>("events/write_split", QoS(1));
   diagnostics_ = create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", QoS(10));
   timer_ = create_wall_timer(1s, [this] { report(); });
   offer_services();
@@ -196,6 +197,13 @@ Result<std::unique_ptr<MessageLog>, Problem> RecordComponent::begin_ring() {
 
 Recorder::Options RecordComponent::recorder_options() {
   Recorder::Options options{*choice_, starts_paused_};
+  options.on_split = [this](const std::string& closed, const std::string& opened) {
+    auto event = split_events_->borrow();
+    if (!event) return;
+    event->closed_file = closed;
+    event->opened_file = opened;
+    split_events_->publish(std::move(event));
+  };
   if (open_ring_ == nullptr) return options;
   options.on_round = [this](MonotonicTime now) { black_box_->look_at(*open_ring_, now); };
   options.on_stop = [this](const std::string& topic) { black_box_->on_stop(topic); };
@@ -254,6 +262,7 @@ void RecordComponent::stop() {
   if (open_ring_ == nullptr)
     get_logger().info("recorded {} messages ({:.1f} MB) into {}", figures.messages, megabytes(figures.bytes),
                       figures.folder);
+  for (const std::string& topic : figures.absent) get_logger().warn("{} was never published", topic);
   for (const auto& topic : figures.topics) {
     if (topic.lost_in_queue > 0) get_logger().warn("lost in queue: {} messages of {}", topic.lost_in_queue, topic.name);
     if (topic.lost_to_disk > 0) get_logger().warn("lost to disk: {} messages of {}", topic.lost_to_disk, topic.name);
@@ -299,6 +308,7 @@ void RecordComponent::report() {
     if (topic.lost_in_queue > 0) row.add("lost in queue: " + topic.name, std::to_string(topic.lost_in_queue));
     if (topic.lost_to_disk > 0) row.add("lost to disk: " + topic.name, std::to_string(topic.lost_to_disk));
   }
+  for (const std::string& topic : figures.absent) row.add("never published: " + topic, "");
   diagnostics_->publish(std::move(message));
 }
 

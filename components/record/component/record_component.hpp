@@ -12,6 +12,7 @@
 #include "record/component/black_box.hpp"
 #include "record/component/recorder.hpp"
 #include "record/component/recording.hpp"
+#include "rosbag2_interfaces/msg/write_split_event.hpp"
 #include "rosbag2_interfaces/srv/is_paused.hpp"
 #include "rosbag2_interfaces/srv/pause.hpp"
 #include "rosbag2_interfaces/srv/resume.hpp"
@@ -64,6 +65,7 @@ class RecordComponent final : public LifecycleNode {
   std::optional<Problem> no_log_;  // why there is no recorder
   std::unique_ptr<Recorder> recorder_;
   std::shared_ptr<Publisher<diagnostic_msgs::msg::DiagnosticArray>> diagnostics_;
+  std::shared_ptr<Publisher<rosbag2_interfaces::msg::WriteSplitEvent>> split_events_;  // the recorder's thread's
   std::shared_ptr<Timer> timer_;
   std::vector<std::shared_ptr<void>> services_;
   std::shared_ptr<Service<rosbag2_interfaces::srv::Snapshot>> snapshots_;

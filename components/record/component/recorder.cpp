@@ -89,7 +89,8 @@ Recorder::Recorder(GenericTopics topics, Options options, std::unique_ptr<Messag
       on_end_(std::move(on_end)),
       log_(std::move(log)),
       begun_(topics_.clock().now()),
-      is_paused_(options_.starts_paused) {
+      is_paused_(options_.starts_paused),
+      file_(log_->file()) {
   graph_ = topics_.watch(*this);
   {
     const LockGuard lock{mutex_};
@@ -179,6 +180,7 @@ void Recorder::run() {
       for (auto& [key, stream] : streams_) take_messages(*stream);
     }
     run_jobs();
+    tell_split();
     if (options_.on_round) options_.on_round(topics_.clock().now());
     if (topics_.clock().now() >= figures_due_) note_figures();
   }
@@ -216,6 +218,13 @@ bool Recorder::wait() {
   std::swap(ready_, ready_now_);
   std::swap(jobs_, jobs_now_);
   return !is_ending_;
+}
+
+/// Of several splits at once, the last one.
+void Recorder::tell_split() {
+  if (log_->file() == file_) return;
+  if (options_.on_split) options_.on_split(file_, log_->file());
+  file_ = log_->file();
 }
 
 void Recorder::run_jobs() {
@@ -363,6 +372,10 @@ void Recorder::note_figures() {
   for (const auto& [key, stream] : streams_)
     made.topics[stream->topic].lost_in_queue =
         stream->lost_before + (stream->reader ? stream->reader->status().lost : 0);
+  for (const std::string& name : options_.choice.named()) {
+    const auto is_it = [&](const RecorderFigures::Topic& topic) { return topic.name == name && topic.messages > 0; };
+    if (std::none_of(made.topics.begin(), made.topics.end(), is_it)) made.absent.push_back(name);
+  }
   for (const auto& topic : made.topics) made.lost += topic.lost_in_queue + topic.lost_to_disk;
   figures_due_ = now + kTick;
   const LockGuard lock{mutex_};

@@ -30,6 +30,7 @@ struct RecorderFigures {
   };
   std::string folder, file;
   std::vector<Topic> topics;
+  std::vector<std::string> absent;  ///< Topics that were named, and have had no message.
   std::size_t files = 0;
   std::uint64_t bytes = 0, messages = 0, lost = 0;
   Duration recorded{};             ///< Since its start.
@@ -52,6 +53,8 @@ class Recorder final : private GraphListener {
     std::function<void(MonotonicTime now)> on_round{};
     /// Called on that thread for each message that sets an emergency stop which a component here reads, chosen or not. Empty: they are not read.
     std::function<void(const std::string& topic)> on_stop{};
+    /// Called on that thread when the log has continued in another file.
+    std::function<void(const std::string& closed, const std::string& opened)> on_split{};
   };
   /// `on_end`: the log ended by itself; called once, on the recorder's thread. What the topics are of outlives the recorder.
   Recorder(GenericTopics topics, Options options, std::unique_ptr<MessageLog> log,
@@ -92,6 +95,7 @@ class Recorder final : private GraphListener {
   [[nodiscard]] bool wait();
   void take_changes();
   void run_jobs();
+  void tell_split();
   void look_for_description(const EndpointInfo& endpoint);
   void take_description(Stream& stream);
   void look_for_stop(const EndpointInfo& endpoint);
@@ -128,6 +132,7 @@ class Recorder final : private GraphListener {
   std::vector<Change> changes_now_;
   std::vector<Stream*> ready_now_;
   MonotonicTime figures_due_{};
+  std::string file_;  // of the log
 
   std::unique_ptr<GraphWatchHandle> graph_;
   std::thread thread_;

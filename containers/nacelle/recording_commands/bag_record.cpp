@@ -96,6 +96,7 @@ std::string ring_progress_of(const DiagnosticRow& now) {
 
 void warn_of_losses(const DiagnosticRow& row) {
   for (const auto& [key, value] : row.values) {
+    if (key.starts_with("never published")) std::fprintf(stderr, "nacelle: warning: %s\n", key.c_str());
     if (key.starts_with("lost "))
       std::fprintf(stderr, "nacelle: warning: %s: %s messages\n", key.c_str(), value.c_str());
   }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The recorder in a container, with publishers of its streams.
+#include <algorithm>
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <map>
+#include <rosbag2_interfaces/msg/write_split_event.hpp>
 #include <sensor_msgs/msg/image.hpp>
 #include <std_msgs/msg/string.hpp>
 
@@ -93,6 +95,27 @@ TEST_F(RecordComponentTest, attaches_what_the_run_was_started_with_and_the_robot
   ASSERT_TRUE(source && walk_mcap(**source, texts));
   EXPECT_EQ(texts.all, (std::map<std::string, std::string>{{"robot.launch.yaml", "launch: []\n"},
                                                            {"arm/robot_description.urdf", "<robot name='arm'/>"}}));
+}
+
+TEST_F(RecordComponentTest, tells_of_another_file_and_of_topics_that_nobody_publishes) {
+  using rosbag2_interfaces::msg::WriteSplitEvent;
+  auto events = container_.subscribe<WriteSplitEvent>("/events/write_split", QoS(1));
+  auto a = container_.advertise<String>("/a", QoS(10));
+  const auto recorder = record(
+      {{"record.topics", std::vector<std::string>{"/a", "/b"}}, {"storage.max_bagfile_size", std::int64_t{1000}}});
+  a.publish(words(std::string(2000, 'x')));
+  const WriteSplitEvent event = events.next();
+  EXPECT_EQ(event.closed_file, path("bag/bag_0.mcap"));
+  EXPECT_EQ(event.opened_file, path("bag/bag_1.mcap"));
+  std::vector<std::string> lines;
+  {
+    const test::LogLines log;
+    end(recorder);
+    lines = log.all;
+  }
+  const auto said = [&](const std::string& line) { return std::count(lines.begin(), lines.end(), line); };
+  EXPECT_EQ(said("/b was never published"), 1);
+  EXPECT_EQ(said("/a was never published"), 0);
 }
 
 TEST_F(RecordComponentTest, takes_the_topics_that_are_chosen) {
