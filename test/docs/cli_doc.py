@@ -40,6 +40,7 @@ class Example:
     """One command line behind `nacelle`, in the words of a shell."""
 
     line: str
+    first: tuple = ()  # lines before it in the same block: what it needs
     then: tuple = ()  # lines that follow in the same block: what puts it back, or what later examples need
     ends: float | None = None  # Ctrl-C after so many seconds; None: it ends by itself
     keys: str | None = None  # typed on a terminal, one each tenth of a second; then Ctrl-C
@@ -127,6 +128,9 @@ EXAMPLES = (
     Example("look --port 8089", ends=2, prints="/#token="),
     Example("bag record -a --for 2 -o drive"),
     Example("replay launch/robot.launch.yaml --from drive --nodes transforms --nodes ekf --record replayed.mcap"),
+    Example("bag snapshot --node black_box",
+            first=("component load nacelle::record::RecordComponent -n black_box -p record.all_topics:=true -p storage.ring:=30 -p storage.uri:=$PWD/black_box",),
+            then=("component unload black_box",)),
     Example("bag play docs/examples/recordings/talker.mcap --topics /chatter -r 10"),
     Example("bag info docs/examples/recordings/talker.mcap"),
     Example("bag check docs/examples/recordings/talker.mcap"),
@@ -297,7 +301,7 @@ class Document(Robot):
         self.assertEqual(missing, [], "give each a line in EXAMPLES, then run cli_doc.py --write")
 
     def test_the_document_is_that_of_the_table(self):
-        lines = [line for example in self.examples for line in (example.line, *example.then)]
+        lines = [line for example in self.examples for line in (*example.first, example.line, *example.then)]
         self.assertEqual(lines_of(DOCUMENT.read_text()), lines, "run cli_doc.py --write")
 
     def test_every_line_of_the_page_runs_from_the_first_to_the_last(self):
@@ -426,7 +430,7 @@ class Writer(Robot):
             if command[0] in HEADINGS and command[0] not in seen:
                 parts.append(f"\n## {HEADINGS[command[0]]}\n")
             seen.add(command[0])
-            said = "\n".join(self.block(one) for one in (example, *map(Example, example.then)))
+            said = "\n".join(self.block(one) for one in (*map(Example, example.first), example, *map(Example, example.then)))
             what = self.known[command][:1].upper() + self.known[command][1:]
             parts.append(f"\n### {' '.join(command)}\n\n{what}.\n\n```console\n{said}\n```\n")
         DOCUMENT.write_text("".join(parts))

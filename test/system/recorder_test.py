@@ -7,6 +7,7 @@ import pathlib
 import pty
 import re
 import signal
+import struct
 import subprocess
 import termios
 import time
@@ -33,6 +34,22 @@ class Recorder:
 
     def counts(self, bag):
         return {topic["name"]: topic["messages"] for topic in self.info(bag)["topics"]}
+
+    def attachments(self, file):
+        """Of an MCAP file: the texts by their names."""
+        data, at, found = file.read_bytes(), 8, {}
+        while at + 9 <= len(data) - 8:
+            opcode, length = struct.unpack_from("<BQ", data, at)
+            if opcode == 9:
+                fields, place = [], at + 9 + 16  # after the times
+                for size in ("<I", "<I", "<Q"):
+                    (count,) = struct.unpack_from(size, data, place)
+                    place += struct.calcsize(size)
+                    fields.append(data[place : place + count].decode())
+                    place += count
+                found[fields[0]] = fields[2]
+            at += 9 + length
+        return found
 
     def start_recording(self, bag, *words):
         self.said_before = (self.folder / "log").stat().st_size
@@ -74,10 +91,30 @@ class Record(Recorder, RunningRobotTest):
         self.assertIn(f"  message_count: {found['messages']}\n", metadata)
         self.assertNotIn("rosbag2_recorder", self.run_program("component", "list").stdout)
 
+    def test_it_has_what_the_run_was_started_with(self):
+        bag = self.folder / "attached"
+        self.expect_exit(self.run_program("bag", "record", "/odom", "--for", "2", "-o", bag), 0)
+        expected = {"robot.launch.yaml", "config/robot.yaml", "parameters.yaml", "robot_description.urdf"}
+        self.assertEqual({one["name"] for one in self.info(bag)["attachments"]} & expected, expected)
+        self.assertIn("parameters.yaml (application/yaml", self.run_program("bag", "info", bag).stdout)
+        texts = self.attachments(bag / "attached_0.mcap")
+        self.assertEqual(texts["robot.launch.yaml"], pathlib.Path(LAUNCH_FILE).read_text())
+        self.assertIn("<robot", texts["robot_description.urdf"])
+        dumped = self.expect_exit(self.run_program("param", "dump", "/lidar"), 0).stdout
+        self.assertIn(dumped, texts["parameters.yaml"])
+        for words in (("cut", "--duration", "1"), ("filter", "--topics", "/odom"), ("convert", "--compression", "zstd"), ("recover",)):
+            copy = self.folder / f"{words[0]}.mcap"
+            self.expect_exit(self.run_program("bag", words[0], bag / "attached_0.mcap", *words[1:], "-o", copy), 0)
+            self.assertEqual(self.attachments(copy), texts, words)
+        both = self.folder / "both.mcap"
+        self.expect_exit(self.run_program("bag", "merge", bag, self.folder / "cut.mcap", "-o", both), 0)
+        self.assertEqual(len(self.info(both)["attachments"]), 2 * len(texts))
+
     def test_it_ends_by_itself_and_splits_files(self):
         bag = self.folder / "split"
-        done = self.expect_exit(self.run_program("bag", "record", "/odom", "-e", "^/im", "-x", "raw$", "-d", "1", "--for", "3", "-o", bag), 0)
+        done = self.expect_exit(self.run_program("bag", "record", "/odom", "/never", "-e", "^/im", "-x", "raw$", "-d", "1", "--for", "3", "-o", bag), 0)
         self.assertIn(f"{bag} is complete\n", done.stdout)
+        self.assertIn("never published: /never", done.stderr)
         self.assertEqual(set(self.counts(bag)), {"/odom", "/imu/data", "/imu/mag", "/imu/temperature"})
         self.assertGreaterEqual(len(self.info(bag)["files"]), 3)
         refused = self.run_program("bag", "record", "-a", "-o", bag)
@@ -199,6 +236,81 @@ class Killed(Recorder, RobotTest):
                 self.assertLess(killed - self.info(whole)["end_ns"] * 1e-9, 2.0)
                 whole.unlink()
                 bag.unlink()
+
+
+class BlackBox(Recorder, RobotTest):
+    """A robot whose launch file has a recorder with a ring."""
+
+    def start_robot(self, name):
+        source = pathlib.Path(os.environ["NACELLE_LAUNCH_FILE"])
+        file = self.folder / "box.launch.yaml"
+        ring = "{name: storage.ring, value: 30}, {name: storage.ring_size, value: 16000000}, {name: storage.compression, value: lz4}, "
+        file.write_text(source.read_text() + RECORDER.replace("FOLDER", str(self.folder)).replace("param: [", "param: [" + ring))
+        robot = self.start_program("launch", file, "sim:=true", f"sim_dir:={self.folder}/sim", "--name", name,
+                                   f"config:={source.parent}/config/robot.yaml", f"description:={source.parent}/robot.urdf")  # fmt: skip
+        self.addCleanup(robot.stdout.close)
+        self.addCleanup(interrupt, robot)
+        wait_for("the robot", lambda: " active in " in robot.stdout.readline())
+        return robot
+
+    def snapshots(self):
+        return sorted(path.name for path in self.folder.glob("bag*"))
+
+    def check(self, bag):
+        self.expect_exit(self.run_program("bag", "check", bag), 0)
+        counts = self.counts(bag)
+        for topic in ("/odom", "/tf_static", "/robot_description"):
+            self.assertGreaterEqual(counts.get(topic, 0), 1, topic)
+
+    def test_it_writes_the_last_seconds_when_asked_after_a_stop_and_after_a_kill(self):
+        robot = self.start_robot(f"box{os.getpid()}")
+        self.assertEqual(self.snapshots(), [], "nothing is written unless it is asked for")
+        asked = self.expect_exit(self.run_program("bag", "snapshot"), 0)
+        self.assertEqual(asked.stdout, f"{self.folder}/bag\n")
+        self.check(self.folder / "bag")
+        called = self.expect_exit(self.run_program("service", "call", "/rosbag2_recorder/snapshot", "rosbag2_interfaces/srv/Snapshot"), 0)
+        self.assertIn("true", called.stdout.lower())
+        self.check(self.folder / "bag_2")
+
+        self.expect_exit(self.run_program("estop", "set"), 0)
+        wait_for("the snapshot of the stop", (self.folder / "bag_3" / "metadata.yaml").exists)
+        self.check(self.folder / "bag_3")
+
+        os.killpg(robot.pid, signal.SIGKILL)
+        killed = time.time()
+        robot.wait()
+        self.start_robot(f"box{os.getpid()}")
+        left = self.folder / "bag_crashed"
+        wait_for("what the killed robot left", (left / "metadata.yaml").exists)
+        self.check(left)
+        self.assertLess(killed - self.info(left)["end_ns"] * 1e-9, 2.0 * SLOW)
+
+    def test_a_recorder_without_a_ring_has_no_snapshot(self):
+        self.assertNotEqual(self.run_program("bag", "snapshot").returncode, 0)
+        for words in (("--ring", "soon"), ("--ring", "0s"), ("--ring", "60s", "--ring-size", "64"), ("--ring", "60s", "-d", "5")):
+            refused = self.run_program("bag", "record", "-a", *words)
+            self.assertEqual(refused.returncode, 2, refused.stderr)
+
+
+class Ring(Recorder, RunningRobotTest):
+    def test_the_command_keeps_a_ring_until_it_ends(self):
+        bag = self.folder / "ring"
+        recorder = self.start_program("bag", "record", "-a", "--ring", "20s", "--ring-size", "8MB", "-o", bag)
+        self.assertIn("Keeping the last 20s in memory", recorder.stdout.readline())
+        self.expect_exit(self.run_program("bag", "snapshot"), 0)
+        self.assertEqual(recorder.stdout.readline(), f"{bag} is written\n")
+        self.expect_exit(self.run_program("bag", "check", bag), 0)
+        self.assertEqual(self.counts(bag).get("/tf_static"), 1, "published long before")
+        self.assertLess(self.info(bag)["bytes"], 12e6)
+        interrupt(recorder)
+        self.assertIn("1 snapshot of rosbag2_recorder", recorder.stdout.read())
+        recorder.stdout.close()
+        self.assertFalse(list(self.folder.glob("ring_*")))
+        plain = self.start_recording(self.folder / "plain", "/odom")
+        refused = self.run_program("bag", "snapshot")
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("keeps no ring", refused.stderr)
+        self.end(plain)
 
 
 class Absent(RobotTest):

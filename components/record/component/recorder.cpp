@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <set>
+#include <string_view>
 
 namespace nacelle::record {
 namespace {
@@ -26,6 +27,33 @@ std::uint64_t nanoseconds(WallTime time) {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, time.since_origin.count()));
 }
 
+constexpr std::string_view kDescriptionTopic = "/robot_description", kDescriptionType = "std_msgs/msg/String";
+constexpr std::string_view kStopTopic = "/emergency_stop", kStopType = "std_msgs/msg/Bool";
+
+bool is_emergency_stop(const EndpointSpec& spec) {
+  return spec.topic.ends_with(kStopTopic) && spec.type->name == kStopType;
+}
+
+bool is_description(const EndpointSpec& spec) {
+  return spec.topic.ends_with(kDescriptionTopic) && spec.type->name == kDescriptionType;
+}
+
+/// Of a std_msgs/String.
+std::string text_in(const msgs::MessageType& type, const void* message) {
+  constexpr std::size_t kBegin = 4 + 4;  // after the encapsulation's header and the length; a zero ends it
+  Bytes encoded(type.encoded_size(message));
+  type.encode(message, encoded.data());
+  if (encoded.size() <= kBegin) return {};
+  return std::string{as_text(ByteView{encoded}.subspan(kBegin, encoded.size() - kBegin - 1))};
+}
+
+/// Of a std_msgs/Bool.
+bool is_set(const msgs::MessageType& type, const void* message) {
+  Bytes encoded(type.encoded_size(message));
+  type.encode(message, encoded.data());
+  return !encoded.empty() && encoded.back() != 0;
+}
+
 }  // namespace
 
 struct Recorder::Stream final : ReadyListener {
@@ -35,20 +63,25 @@ struct Recorder::Stream final : ReadyListener {
   }
   Recorder& owner;
   std::size_t topic = 0;
+  enum class Use : std::uint8_t { Record, Stop, Description } use = Use::Record;
+  // Of streams that are not recorded.
+  std::string name;
+  const msgs::MessageType* type = nullptr;
   QoS qos{1};
   std::atomic<bool> queued{false};
   std::uint64_t lost_before = 0;  // by earlier readers
   std::unique_ptr<Reader> reader;
 };
 
-Recorder::Recorder(GenericTopics topics, Options options, std::unique_ptr<Recording> recording,
+Recorder::Recorder(GenericTopics topics, Options options, std::unique_ptr<MessageLog> log,
                    std::function<void(const Problem&)> on_end)
     : topics_(std::move(topics)),
       options_(std::move(options)),
       on_end_(std::move(on_end)),
-      recording_(std::move(recording)),
+      log_(std::move(log)),
       begun_(topics_.clock().now()),
-      is_paused_(options_.starts_paused) {
+      is_paused_(options_.starts_paused),
+      file_(log_->file()) {
   graph_ = topics_.watch(*this);
   {
     const LockGuard lock{mutex_};
@@ -70,17 +103,23 @@ std::optional<Problem> Recorder::stop() {
   }
   changed_.notify_all();
   thread_.join();
-  auto problem = recording_->problem() ? std::nullopt : recording_->finish();
+  auto problem = log_->problem() ? std::nullopt : log_->finish();
   note_figures();
   return problem;
 }
 
 void Recorder::split() {
+  static_cast<void>(post([this] { log_->split(); }));
+}
+
+bool Recorder::post(std::function<void()> job) {
   {
     const LockGuard lock{mutex_};
-    splits_ = true;
+    if (is_ending_) return false;
+    jobs_.push_back(std::move(job));
   }
   changed_.notify_all();
+  return true;
 }
 
 RecorderFigures Recorder::figures() const {
@@ -91,7 +130,7 @@ RecorderFigures Recorder::figures() const {
 // --- told by publishers, with locks of theirs held ------------------------------------------------------------------------
 
 void Recorder::on_made(const EndpointInfo& endpoint) noexcept {
-  if (!endpoint.is_writer) return;
+  if (!endpoint.is_writer && (!options_.on_stop || !is_emergency_stop(endpoint.spec))) return;
   {
     const LockGuard lock{mutex_};
     if (is_ending_) return;
@@ -121,9 +160,9 @@ void Recorder::run() {
   ::pthread_setname_np(::pthread_self(), "record");
   ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice);
   bool goes_on = true;
-  while (goes_on && !recording_->problem()) {
+  while (goes_on && !log_->problem()) {
     goes_on = wait();
-    recording_->look_at_time(topics_.clock().now());
+    log_->look_at_time(topics_.clock().now());
     take_changes();
     // At the end all queues are emptied: a stream may have been made ready without a word.
     if (goes_on) {
@@ -131,16 +170,22 @@ void Recorder::run() {
     } else {
       for (auto& [key, stream] : streams_) take_messages(*stream);
     }
+    run_jobs();
+    tell_split();
+    if (options_.on_round) options_.on_round(topics_.clock().now());
     if (topics_.clock().now() >= figures_due_) note_figures();
   }
   {
     const LockGuard lock{mutex_};
     is_ending_ = true;  // changes are not collected any more
+    jobs_.clear();
   }
+  for (auto& [key, stream] : stops_) stream->reader.reset();
+  for (auto& [key, stream] : descriptions_) stream->reader.reset();
   // A recorder that has ended costs its publishers nothing.
   for (auto& [key, stream] : streams_) close_reader(*stream);
   note_figures();
-  if (recording_->problem()) on_end_(*recording_->problem());
+  if (log_->problem()) on_end_(*log_->problem());
 }
 
 /// Keeps what the reader has lost, for the figures.
@@ -155,28 +200,43 @@ bool Recorder::wait() {
   changed_.wait_for(lock.raw(), kBreather, [this]() NACELLE_REQUIRES(mutex_) { return is_ending_; });
   is_sleeping_ = true;
   changed_.wait_for(lock.raw(), kTick, [this]() NACELLE_REQUIRES(mutex_) {
-    return is_ending_ || splits_ || !changes_.empty() || !ready_.empty();
+    return is_ending_ || !jobs_.empty() || !changes_.empty() || !ready_.empty();
   });
   is_sleeping_ = false;
   changes_now_.clear();
   ready_now_.clear();
   std::swap(changes_, changes_now_);
   std::swap(ready_, ready_now_);
-  const bool splits = std::exchange(splits_, false), goes_on = !is_ending_;
-  lock.unlock();
-  if (splits) recording_->split();
-  return goes_on;
+  std::swap(jobs_, jobs_now_);
+  return !is_ending_;
+}
+
+/// Of several splits at once, the last one.
+void Recorder::tell_split() {
+  if (log_->file() == file_) return;
+  if (options_.on_split) options_.on_split(file_, log_->file());
+  file_ = log_->file();
+}
+
+void Recorder::run_jobs() {
+  for (const auto& job : jobs_now_) job();
+  jobs_now_.clear();
 }
 
 void Recorder::take_changes() {
   std::set<Key> touched;
   for (Change& change : changes_now_) {
     if (!change.made) {
-      writers_.erase(change.writer);
-    } else if (options_.choice.takes(change.made->spec.topic)) {
+      writers_.erase(change.endpoint);
+      forget_stop_reader(change.endpoint);
+    } else if (!change.made->is_writer) {
+      look_for_stop(*change.made);
+    } else {
+      if (is_description(change.made->spec)) look_for_description(*change.made);
+      if (!options_.choice.takes(change.made->spec.topic)) continue;
       Key key{change.made->spec.topic, change.made->spec.type};
       touched.insert(key);
-      writers_.insert_or_assign(change.writer, std::pair{std::move(key), change.made->spec.qos});
+      writers_.insert_or_assign(change.endpoint, std::pair{std::move(key), change.made->spec.qos});
     }
   }
   for (const Key& key : touched) read(key);
@@ -193,7 +253,7 @@ void Recorder::read(const Key& key) {
   const bool is_new = !stream;
   if (is_new) {
     stream = std::make_unique<Stream>(*this);
-    stream->topic = recording_->add_topic(key.first, *key.second, std::move(offered));
+    stream->topic = log_->add_topic(key.first, *key.second, std::move(offered));
   } else if (stream->qos.reliability() == qos.reliability() && stream->qos.durability() == qos.durability()) {
     return;
   } else {
@@ -205,7 +265,66 @@ void Recorder::read(const Key& key) {
   take_messages(*stream);  // its history
 }
 
+void Recorder::look_for_description(const EndpointInfo& endpoint) {
+  const Key key{endpoint.spec.topic, endpoint.spec.type};
+  auto& stream = descriptions_[key];
+  if (stream) return;
+  stream = std::make_unique<Stream>(*this);
+  stream->use = Stream::Use::Description;
+  stream->name = key.first;
+  stream->type = key.second;
+  stream->reader = topics_.read(key.first, *key.second, fitting({endpoint.spec.qos}, false), *stream);
+  take_description(*stream);
+}
+
+/// One text is enough: recordings have the topic for others.
+void Recorder::take_description(Stream& stream) {
+  stream.queued = false;
+  Block* const block = stream.reader ? stream.reader->take() : nullptr;
+  if (block == nullptr) return;
+  log_->attach({stream.name.substr(1) + ".urdf", "application/xml", text_in(*stream.type, block->message)},
+               nanoseconds(topics_.clock().wall_now()));
+  drop_reference(*block);
+  stream.reader.reset();
+}
+
+/// A stop is read as long as somebody else reads it. The reader fits each publisher, and gets nothing of what was published before.
+void Recorder::look_for_stop(const EndpointInfo& endpoint) {
+  if (endpoint.spec.node == topics_.node()) return;
+  const Key key{endpoint.spec.topic, endpoint.spec.type};
+  stop_readers_.emplace(endpoint.id, key);
+  auto& stream = stops_[key];
+  if (!stream) stream = std::make_unique<Stream>(*this);
+  if (stream->reader) return;
+  stream->use = Stream::Use::Stop;
+  stream->name = key.first;
+  stream->type = key.second;
+  stream->reader = topics_.read(key.first, *key.second, QoS{kLeastDepth}.best_effort(), *stream);
+}
+
+void Recorder::forget_stop_reader(std::uint64_t reader) {
+  const auto found = stop_readers_.find(reader);
+  if (found == stop_readers_.end()) return;
+  const Key key = found->second;
+  stop_readers_.erase(found);
+  const bool is_read =
+      std::any_of(stop_readers_.begin(), stop_readers_.end(), [&](const auto& other) { return other.second == key; });
+  if (!is_read) stops_[key]->reader.reset();
+}
+
+void Recorder::take_stops(Stream& stream) {
+  stream.queued = false;
+  while (stream.reader) {
+    Block* const block = stream.reader->take();
+    if (block == nullptr) return;
+    if (is_set(*stream.type, block->message)) options_.on_stop(stream.name);
+    drop_reference(*block);
+  }
+}
+
 void Recorder::take_messages(Stream& stream) {
+  if (stream.use == Stream::Use::Stop) return take_stops(stream);
+  if (stream.use == Stream::Use::Description) return take_description(stream);
   // Reset before reading: messages that come meanwhile signal again.
   stream.queued = false;
   // What comes after a pause is not understood without the messages that stay (a map, fixed transforms).
@@ -219,8 +338,9 @@ void Recorder::take_messages(Stream& stream) {
       const WallTime wall = clock.wall_now();
       // A message of the publisher's history comes when the recording begins, however old it is.
       const MonotonicTime came = std::max(block->info.received_time, begun_);
-      recording_->write(stream.topic, block->message, nanoseconds(wall - (now - came)),
-                        nanoseconds(wall - (now - block->info.source_time)));
+      log_->write(stream.topic, block->message,
+                  {nanoseconds(wall - (now - came)), nanoseconds(wall - (now - block->info.source_time)),
+                   block->info.writer_id});
     }
     drop_reference(*block);
   }
@@ -229,19 +349,24 @@ void Recorder::take_messages(Stream& stream) {
 
 void Recorder::note_figures() {
   RecorderFigures made;
-  made.folder = recording_->folder();
-  made.file = recording_->file();
-  made.files = recording_->files();
-  made.bytes = recording_->bytes();
-  made.messages = recording_->messages();
-  made.problem = recording_->problem();
+  made.folder = log_->folder();
+  made.file = log_->file();
+  made.files = log_->files();
+  made.bytes = log_->bytes();
+  made.messages = log_->messages();
+  made.reach = log_->reach();
+  made.problem = log_->problem();
   const MonotonicTime now = topics_.clock().now();
   made.recorded = now - begun_;
-  for (const auto& topic : recording_->topics())
+  for (const auto& topic : log_->topics())
     made.topics.push_back({topic.known.name, topic.known.type, topic.known.messages, topic.bytes, 0, topic.lost});
   for (const auto& [key, stream] : streams_)
     made.topics[stream->topic].lost_in_queue =
         stream->lost_before + (stream->reader ? stream->reader->status().lost : 0);
+  for (const std::string& name : options_.choice.named()) {
+    const auto is_it = [&](const RecorderFigures::Topic& topic) { return topic.name == name && topic.messages > 0; };
+    if (std::none_of(made.topics.begin(), made.topics.end(), is_it)) made.absent.push_back(name);
+  }
   for (const auto& topic : made.topics) made.lost += topic.lost_in_queue + topic.lost_to_disk;
   figures_due_ = now + kTick;
   const LockGuard lock{mutex_};

@@ -15,7 +15,7 @@
 
 #include "nacelle/base/mutex.hpp"
 #include "nacelle/node/generic_topics.hpp"
-#include "record/component/recording.hpp"
+#include "record/component/message_log.hpp"
 #include "record/model/topic_choice.hpp"
 
 namespace nacelle::record {
@@ -30,15 +30,18 @@ struct RecorderFigures {
   };
   std::string folder, file;
   std::vector<Topic> topics;
+  std::vector<std::string> absent;  ///< Topics that were named, and have had no message.
   std::size_t files = 0;
   std::uint64_t bytes = 0, messages = 0, lost = 0;
   Duration recorded{};             ///< Since its start.
+  std::optional<Duration> reach;   ///< Of a ring: how far back it goes.
   std::optional<Problem> problem;  ///< It has ended by itself.
 };
 
 /// Records the topics of a container on a thread of its own, which shares the publishers' messages and encodes each once. New publishers are
 /// found while it records.
 ///
+/// The robot's description (URDF), as the first publisher of a topic robot_description has it, is attached, chosen or not.
 /// A topic is read best_effort if one of its publishers is, and with its history if all of its publishers keep one.
 /// Threads: construct and destroy on the component's executor; the other functions on any. Allocates: for new topics and chunks.
 class Recorder final : private GraphListener {
@@ -46,9 +49,15 @@ class Recorder final : private GraphListener {
   struct Options {
     TopicChoice choice;
     bool starts_paused = false;
+    /// Called each time that the thread has taken messages, several times a second at least, on that thread. Empty: nothing is called.
+    std::function<void(MonotonicTime now)> on_round{};
+    /// Called on that thread for each message that sets an emergency stop which a component here reads, chosen or not. Empty: they are not read.
+    std::function<void(const std::string& topic)> on_stop{};
+    /// Called on that thread when the log has continued in another file.
+    std::function<void(const std::string& closed, const std::string& opened)> on_split{};
   };
-  /// `on_end`: the recording ended by itself; called once, on the recorder's thread. What the topics are of outlives the recorder.
-  Recorder(GenericTopics topics, Options options, std::unique_ptr<Recording> recording,
+  /// `on_end`: the log ended by itself; called once, on the recorder's thread. What the topics are of outlives the recorder.
+  Recorder(GenericTopics topics, Options options, std::unique_ptr<MessageLog> log,
            std::function<void(const Problem&)> on_end);
   /// Ends the recording as stop() does.
   ~Recorder() override;
@@ -64,13 +73,16 @@ class Recorder final : private GraphListener {
   [[nodiscard]] bool is_paused() const { return is_paused_; }
   /// Continues in another file.
   void split();
+  /// Runs a job on the recorder's thread, between messages: it may use the log. Returns false if the thread has ended; the job is dropped then,
+  /// as one that waits when it ends.
+  bool post(std::function<void()> job);
   [[nodiscard]] RecorderFigures figures() const;
 
  private:
   using Key = std::pair<std::string, const msgs::MessageType*>;
   struct Stream;
   struct Change {
-    std::uint64_t writer = 0;
+    std::uint64_t endpoint = 0;
     std::optional<EndpointInfo> made;  // not set: it is gone
   };
   void on_made(const EndpointInfo& endpoint) noexcept override;
@@ -82,6 +94,13 @@ class Recorder final : private GraphListener {
   void run();
   [[nodiscard]] bool wait();
   void take_changes();
+  void run_jobs();
+  void tell_split();
+  void look_for_description(const EndpointInfo& endpoint);
+  void take_description(Stream& stream);
+  void look_for_stop(const EndpointInfo& endpoint);
+  void forget_stop_reader(std::uint64_t reader);
+  void take_stops(Stream& stream);
   void read(const Key& key);
   void take_messages(Stream& stream);
   void close_reader(Stream& stream);
@@ -91,7 +110,7 @@ class Recorder final : private GraphListener {
   GenericTopics topics_;
   const Options options_;
   const std::function<void(const Problem&)> on_end_;
-  std::unique_ptr<Recording> recording_;  // of the thread until it has ended
+  std::unique_ptr<MessageLog> log_;  // of the thread until it has ended
   MonotonicTime begun_;
   std::atomic<bool> is_paused_;
 
@@ -99,16 +118,21 @@ class Recorder final : private GraphListener {
   std::condition_variable changed_;
   std::vector<Change> changes_ NACELLE_GUARDED_BY(mutex_);
   std::vector<Stream*> ready_ NACELLE_GUARDED_BY(mutex_);
-  bool is_sleeping_ NACELLE_GUARDED_BY(mutex_) = false,
-                    is_ending_ NACELLE_GUARDED_BY(mutex_) = false, splits_ NACELLE_GUARDED_BY(mutex_) = false;
+  std::vector<std::function<void()>> jobs_ NACELLE_GUARDED_BY(mutex_);
+  bool is_sleeping_ NACELLE_GUARDED_BY(mutex_) = false, is_ending_ NACELLE_GUARDED_BY(mutex_) = false;
   RecorderFigures figures_ NACELLE_GUARDED_BY(mutex_);
 
   // The thread's own.
   std::map<std::uint64_t, std::pair<Key, QoS>> writers_;
   std::map<Key, std::unique_ptr<Stream>> streams_;
+  std::map<Key, std::unique_ptr<Stream>> stops_;         // emergency stops
+  std::map<std::uint64_t, Key> stop_readers_;            // of others
+  std::map<Key, std::unique_ptr<Stream>> descriptions_;  // robot descriptions, whose first text is attached
+  std::vector<std::function<void()>> jobs_now_;
   std::vector<Change> changes_now_;
   std::vector<Stream*> ready_now_;
   MonotonicTime figures_due_{};
+  std::string file_;  // of the log
 
   std::unique_ptr<GraphWatchHandle> graph_;
   std::thread thread_;

@@ -5,10 +5,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <system_error>
 #include <utility>
 
-#include "nacelle/base/file_fault.hpp"
+#include "record/port/recording_folder.hpp"
 
 namespace nacelle::record {
 namespace {
@@ -20,27 +19,10 @@ constexpr Duration kChunkTime = 1s;
 Recording::Recording(RecordingOptions options) : options_(std::move(options)), disk_(options_.most_waiting) {}
 
 Result<std::unique_ptr<Recording>, Problem> Recording::begin(RecordingOptions options) {
-  std::error_code error;
-  const std::filesystem::path folder{options.folder};
-  if (folder.has_parent_path()) std::filesystem::create_directories(folder.parent_path(), error);
-  if (!error && !std::filesystem::create_directory(folder, error) && !error)
-    return err(Problem{Place{options.folder, 0}, "exists already",
-                       "name another folder, or one with a time: bag_%Y%m%d_%H%M%S", FileFault::Unwritable});
-  if (error)
-    return err(Problem{Place{options.folder, 0}, "cannot be made: " + error.message(),
-                       "name a folder that this user may write to", FileFault::Unwritable});
+  if (auto problem = make_recording_folder(options.folder)) return err(std::move(*problem));
   std::unique_ptr<Recording> made{new Recording{std::move(options)}};
   if (auto problem = made->open_file()) return err(std::move(*problem));
   return made;
-}
-
-std::size_t Recording::add_topic(const std::string& name, const msgs::MessageType& type, std::vector<QoS> offered) {
-  const auto known = std::find_if(topics_.begin(), topics_.end(),
-                                  [&](const Topic& topic) { return topic.type == &type && topic.known.name == name; });
-  if (known != topics_.end()) return static_cast<std::size_t>(known - topics_.begin());
-  topics_.push_back({{name, type.name, type.hash, std::move(offered)}, &type});
-  channels_.emplace_back();
-  return topics_.size() - 1;
 }
 
 std::optional<Problem> Recording::open_file() {
@@ -52,7 +34,7 @@ std::optional<Problem> Recording::open_file() {
   sink_ = std::make_unique<QueuedFile>(disk_, std::shared_ptr<FileSink>{std::move(*file)});
   writer_ = std::make_unique<McapWriter>(*sink_, McapWriterOptions{.compression = options_.compression});
   metadata_.files.push_back({name});
-  channels_.assign(topics_.size(), std::nullopt);
+  channels_.clear();
   if (!writer_->start()) return disk_.problem();
   return std::nullopt;
 }
@@ -92,20 +74,15 @@ bool Recording::has_space() {
   return disk_.free_bytes() >= options_.keep_free + writer_->pending() + kSummary;
 }
 
-std::uint16_t Recording::channel_of(std::size_t index) {
-  auto& channel = channels_[index];
-  if (channel) return *channel;
-  const Topic& topic = topics_[index];
-  const auto schema = writer_->add_schema(topic.known.type, "ros2msg", topic.type->definition);
-  if (schema) {
-    channel = writer_->add_channel(
-        *schema, topic.known.name, "cdr",
-        {{"offered_qos_profiles", offered_qos_profiles(topic.known.offered)}, {"topic_type_hash", topic.known.hash}});
-  }
-  return channel.value_or(0);
+std::uint16_t Recording::channel(std::size_t index) {
+  if (channels_.size() <= index) channels_.resize(index + 1);
+  auto& known = channels_[index];
+  if (!known) known = channel_of(topics_[index], *writer_);
+  return known.value_or(0);
 }
 
-void Recording::write(std::size_t index, const void* message, std::uint64_t log_time, std::uint64_t publish_time) {
+void Recording::write(std::size_t index, const void* message, const MessageStamps& stamps) {
+  const std::uint64_t log_time = stamps.log_time;
   if (!writer_) return;
   Topic& topic = topics_[index];
   const std::size_t size = topic.type->encoded_size(message);
@@ -120,7 +97,7 @@ void Recording::write(std::size_t index, const void* message, std::uint64_t log_
                 "make room, or lower storage.keep_free"});
   }
   const bool begins_chunk = writer_->pending() == 0;
-  const McapMessage record{channel_of(index), 0, log_time, publish_time, {}};
+  const McapMessage record{channel(index), 0, log_time, stamps.publish_time, {}};
   const bool done = record.channel_id != 0 &&
                     writer_->write(record, size, [&](ByteSpan out) { topic.type->encode(message, out.data()); });
   if (!done) {
@@ -132,13 +109,15 @@ void Recording::write(std::size_t index, const void* message, std::uint64_t log_
   file.first = file.messages == 0 ? log_time : std::min(file.first, log_time);
   file.last = std::max(file.last, log_time);
   ++file.messages;
-  ++messages_;
-  ++topic.known.messages;
-  topic.bytes += size;
+  count(topic, size);
   if (options_.max_file_bytes != 0 && writer_->written() + writer_->pending() >= options_.max_file_bytes)
     return split();
   const auto longest = static_cast<std::uint64_t>(options_.max_file_duration.count());
   if (longest != 0 && file.last - file.first >= longest) split();
+}
+
+void Recording::attach(const RunText& text, std::uint64_t time) {
+  if (writer_ && has_space() && !write_attachment(text, time, *writer_) && disk_.problem()) end(*disk_.problem());
 }
 
 void Recording::look_at_time(MonotonicTime now) {

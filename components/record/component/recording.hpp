@@ -10,7 +10,7 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/msgs/message_type.hpp"
+#include "record/component/message_log.hpp"
 #include "record/model/bag_metadata.hpp"
 #include "record/port/disk_queue.hpp"
 #include "record/protocol/mcap_writer.hpp"
@@ -32,45 +32,28 @@ struct RecordingOptions {
 /// A recording that grows: a folder with its MCAP files and metadata.yaml, as `ros2 bag record` makes it.
 ///
 /// Chunks close after 1 s or 1 MiB, and the disk has them a second later at the latest. Where the disk is too slow, messages are lost and
-/// counted; where it is full, the recording ends, and its file is complete.
+/// counted; where it is full, or does not take the bytes, the recording ends, and its file is complete.
 /// Threads: one. Errors: of begin(), the folder or the first file cannot be made; later ones are in problem().
-class Recording {
+class Recording final : public MessageLog {
  public:
   [[nodiscard]] static Result<std::unique_ptr<Recording>, Problem> begin(RecordingOptions options);
-  ~Recording() { static_cast<void>(finish()); }
-  Recording(const Recording&) = delete;
-  Recording& operator=(const Recording&) = delete;
+  ~Recording() override { static_cast<void>(finish()); }
 
-  struct Topic {
-    BagTopic known;
-    const msgs::MessageType* type = nullptr;
-    std::uint64_t bytes = 0;
-    std::uint64_t lost = 0;  ///< The disk was too slow.
-  };
-  /// Returns the topic's number. A topic is one by its name and type.
-  std::size_t add_topic(const std::string& name, const msgs::MessageType& type, std::vector<QoS> offered);
-  [[nodiscard]] const std::vector<Topic>& topics() const { return topics_; }
-
-  /// Encodes a message of the topic with this number into the open chunk. Times are nanoseconds since the Unix epoch: when it came, and when it
-  /// was published. Does nothing once the recording has ended.
-  void write(std::size_t index, const void* message, std::uint64_t log_time, std::uint64_t publish_time);
-  /// Closes a chunk that is a second old. To be called several times a second.
-  void look_at_time(MonotonicTime now);
+  void write(std::size_t index, const void* message, const MessageStamps& stamps) override;
+  /// Of several files, the open one has it.
+  void attach(const RunText& text, std::uint64_t time) override;
+  void look_at_time(MonotonicTime now) override;
   /// Waits until the disk has the chunks that are closed.
   void flush() { disk_.drain(); }
-  /// Continues in another file. Errors: problem() says which.
-  void split();
+  /// Errors: problem() says which.
+  void split() override;
+  /// Completes the last file, waits until the disk has it, and writes metadata.yaml.
+  std::optional<Problem> finish() final;
 
-  /// Completes the last file, waits until the disk has it, and writes metadata.yaml. Returns problem(). A second call does nothing.
-  std::optional<Problem> finish();
-
-  /// Returns why the recording has ended, if it has: the disk is full, or does not take the bytes.
-  [[nodiscard]] const std::optional<Problem>& problem() const { return problem_; }
-  [[nodiscard]] const std::string& folder() const { return options_.folder; }
-  [[nodiscard]] const std::string& file() const { return path_; }
-  [[nodiscard]] std::size_t files() const { return metadata_.files.size(); }
-  [[nodiscard]] std::uint64_t bytes() const;
-  [[nodiscard]] std::uint64_t messages() const { return messages_; }
+  [[nodiscard]] const std::string& folder() const override { return options_.folder; }
+  [[nodiscard]] const std::string& file() const override { return path_; }
+  [[nodiscard]] std::size_t files() const override { return metadata_.files.size(); }
+  [[nodiscard]] std::uint64_t bytes() const override;
 
  private:
   explicit Recording(RecordingOptions options);
@@ -78,19 +61,17 @@ class Recording {
   void close_file();
   void end(Problem problem);
   [[nodiscard]] bool has_space();
-  [[nodiscard]] std::uint16_t channel_of(std::size_t index);
+  [[nodiscard]] std::uint16_t channel(std::size_t index);
 
   const RecordingOptions options_;
   DiskQueue disk_;
-  std::vector<Topic> topics_;
   std::vector<std::optional<std::uint16_t>> channels_;  // of the open file, by topic
   BagMetadata metadata_;
   std::string path_;
   std::unique_ptr<QueuedFile> sink_;
   std::unique_ptr<McapWriter> writer_;  // of the open file; null: the recording has ended
-  std::uint64_t earlier_bytes_ = 0, messages_ = 0;
+  std::uint64_t earlier_bytes_ = 0;
   MonotonicTime now_{}, chunk_begun_{};
-  std::optional<Problem> problem_;
   bool is_finished_ = false;
 };
 

@@ -26,6 +26,8 @@ class TopicChoice {
  public:
   /// Errors: a regular expression (ECMAScript) that is none; `where` is "regex" or "exclude_regex".
   [[nodiscard]] static Result<TopicChoice, Problem> make(TopicWish wish);
+  /// Returns the topics that are wanted by their names.
+  [[nodiscard]] const std::vector<std::string>& named() const { return wish_.topics; }
   [[nodiscard]] bool takes(const std::string& topic) const;
   /// Returns whether any topic can be taken at all.
   [[nodiscard]] bool is_any() const { return wish_.all || !wish_.topics.empty() || by_.has_value(); }

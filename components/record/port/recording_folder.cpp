@@ -61,4 +61,17 @@ Result<std::vector<std::string>, Problem> recording_files(const std::string& pat
   return files;
 }
 
+std::optional<Problem> make_recording_folder(const std::string& path) {
+  std::error_code error;
+  const std::filesystem::path folder{path};
+  if (folder.has_parent_path()) std::filesystem::create_directories(folder.parent_path(), error);
+  if (!error && !std::filesystem::create_directory(folder, error) && !error)
+    return Problem{Place{path, 0}, "exists already", "name another folder, or one with a time: bag_%Y%m%d_%H%M%S",
+                   FileFault::Unwritable};
+  if (error)
+    return Problem{Place{path, 0}, "cannot be made: " + error.message(), "name a folder that this user may write to",
+                   FileFault::Unwritable};
+  return std::nullopt;
+}
+
 }  // namespace nacelle::record

@@ -23,6 +23,25 @@ bool McapWriter::put(ByteView bytes) {
   return !closed_;
 }
 
+bool McapWriter::start_another() {
+  closed_ = false;
+  written_ = 0;
+  data_crc_ = 0;
+  for (Schema& schema : schemas_) schema.is_written = false;
+  for (Channel& channel : channels_) {
+    channel.is_written = false;
+    channel.index.entries.clear();
+    channel.messages = 0;
+  }
+  chunk_.clear();
+  chunk_messages_ = 0;
+  chunks_.clear();
+  attachments_.clear();
+  metadata_.clear();
+  statistics_ = {};
+  return start();
+}
+
 bool McapWriter::start() {
   scratch_.assign(std::begin(kMcapMagic), std::end(kMcapMagic));
   append_record(McapHeader{options_.profile, options_.library}, scratch_);

@@ -52,6 +52,9 @@ class McapWriter {
   [[nodiscard]] bool write_metadata(const McapMetadata& metadata);
   /// Closes the last chunk and writes the summary. Nothing can be written after it.
   [[nodiscard]] bool finish();
+  /// Begins another file as start() does, in the same memory and with the same ids of schemas and channels. An open chunk is lost. It mends a
+  /// sink that had failed.
+  [[nodiscard]] bool start_another();
 
   /// Bytes handed to the sink so far.
   [[nodiscard]] std::uint64_t written() const { return written_; }

@@ -161,6 +161,19 @@ void add_record(Command& group) {
       .with_default()
       .within(0.0, 1e9);
   command.flag("--start-paused", wish->start_paused, "wait for the service ~/resume");
+  command
+      .option(
+          "--ring", wish->ring,
+          "keep the last so many seconds in memory only: 60s; `nacelle bag snapshot`, an emergency stop and a fault "
+          "write them into a folder")
+      .value("TIME")
+      .checked(wrong_ring)
+      .not_with("-b")
+      .not_with("-d");
+  command.option("--ring-size", wish->ring_size, "what --ring may take of /dev/shm; above it, it has fewer seconds")
+      .value("SIZE")
+      .with_default()
+      .checked(wrong_ring_size);
   command.option("--node-name", wish->name, "the recorder's name").value("NAME").with_default();
   command.option("--container", wish->whom.container, "of several containers, this one").value("NAME");
   command.note(
@@ -168,6 +181,16 @@ void add_record(Command& group) {
       "does not wait for the "
       "disk: where that is too slow, messages are lost and counted. Topics that begin meanwhile are recorded too.");
   command.runs([wish] { return record_bag(*wish); });
+}
+
+void add_snapshot(Command& group) {
+  auto wish = std::make_shared<BagSnapshotWish>();
+  Command& command = group.add("snapshot", "write what a recorder with a ring keeps in memory, and print the folder");
+  command.option("--node", wish->node, "the recorder").value("NAME").with_default().names_a(Names::Node);
+  command.option("--container", wish->whom.container, "of several containers, this one").value("NAME");
+  command.note(
+      "The recorder goes on meanwhile. It is one of `nacelle bag record --ring`, or has the parameter storage.ring.");
+  command.runs([wish] { return snapshot_bag(*wish); });
 }
 
 void add_play(Command& group) {
@@ -221,6 +244,7 @@ void add_merge(Command& group) {
 void add_bag_commands(Command& root) {
   Command& group = root.add("bag", "recordings: MCAP and SQLite files, as `ros2 bag` writes them");
   add_record(group);
+  add_snapshot(group);
   add_play(group);
   add_info(group);
   add_check(group);

@@ -45,6 +45,14 @@ std::uint64_t DiagnosticRow::number(const std::string& key) const {
 }
 double DiagnosticRow::seconds(const std::string& key) const { return std::strtod(value(key).c_str(), nullptr); }
 
+int watch_row(const Whom& whom, const std::string& name, const std::function<bool(const DiagnosticRow&)>& take) {
+  const Listening listening{whom, {{"/diagnostics", "diagnostic_msgs/msg/DiagnosticArray"}}, "json"};
+  return listen(listening, [&](std::size_t, std::string_view text) {
+    const auto row = row_of(text, name);
+    return !row || take(*row);
+  });
+}
+
 int run_component(const Whom& whom, const ask::LoadWish& wish, const std::string& name,
                   const std::function<bool(const DiagnosticRow&)>& take) {
   std::string id;
@@ -52,11 +60,7 @@ int run_component(const Whom& whom, const ask::LoadWish& wish, const std::string
       whom, false, [&](ask::Nodes& nodes) { return ask::load_component(nodes, whom.container, wish); },
       [&](const json& reply) { id = std::to_string(reply["id"].get<int>()); });
   if (loaded != kDone) return loaded;
-  const Listening listening{whom, {{"/diagnostics", "diagnostic_msgs/msg/DiagnosticArray"}}, "json"};
-  const int watched = listen(listening, [&](std::size_t, std::string_view text) {
-    const auto row = row_of(text, name);
-    return !row || (take(*row) && flush_output());
-  });
+  const int watched = watch_row(whom, name, [&](const DiagnosticRow& row) { return take(row) && flush_output(); });
   if (shows_progress()) std::printf("\n");
   if (watched != kDone) return watched;
   return ask_nodes(

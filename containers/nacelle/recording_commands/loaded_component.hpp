@@ -22,6 +22,11 @@ struct DiagnosticRow {
   [[nodiscard]] double seconds(const std::string& key) const;
 };
 
+/// Hands over the row `name` of /diagnostics each time that it is published, until `take` returns false, Ctrl-C or the container's end. Returns
+/// the exit code; errors have been printed.
+/// Threads: one.
+int watch_row(const Whom& whom, const std::string& name, const std::function<bool(const DiagnosticRow&)>& take);
+
 /// Loads a component, hands over its row `name` each time that it is published, until `take` returns false, Ctrl-C or the container's end, and
 /// unloads the component. Returns the exit code; errors have been printed.
 /// Threads: one.

@@ -5,6 +5,8 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "cli/output.hpp"
 #include "cli/program.hpp"
@@ -12,6 +14,7 @@
 #include "process/service_manager.hpp"
 #include "process/stop_signal.hpp"
 #include "robot_commands/commands.hpp"
+#include "session/run_texts.hpp"
 #include "session/session.hpp"
 
 namespace nacelle::cli {
@@ -77,8 +80,17 @@ int run(const LaunchWish& wish) {
     return kUsage;
   }
   const loading::ProgramPlaces places = program_places();
-  auto plan = wish.show_arguments ? launch::load_arguments(wish.file, arguments.value(), launch_environment(places))
-                                  : launch::load_plan(wish.file, arguments.value(), launch_environment(places));
+  std::vector<RunText> files;
+  launch::Environment environment = launch_environment(places);
+  environment.read_file = [&, read = environment.read_file](const std::string& path) {
+    auto text = read(path);
+    if (!text) return text;
+    RunText file = session::file_text(wish.file, path, *text);
+    if (std::ranges::find(files, file.name, &RunText::name) == files.end()) files.push_back(std::move(file));
+    return text;
+  };
+  auto plan = wish.show_arguments ? launch::load_arguments(wish.file, arguments.value(), environment)
+                                  : launch::load_plan(wish.file, arguments.value(), environment);
   if (!plan) {
     for (const auto& problem : plan.error()) complain(problem);
     return kFailed;
@@ -97,6 +109,7 @@ int run(const LaunchWish& wish) {
   session::SessionOptions options;
   options.container_name = wish.name.empty() ? plan.value().container.name : wish.name;
   options.places = places;
+  options.files = std::move(files);
   options.seed = seed_of(plan.value(), arguments.value());
   options.report_file = wish.report_file;
   options.last_messages = wish.last_messages;

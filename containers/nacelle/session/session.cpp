@@ -16,11 +16,13 @@
 #include "loading/load_request.hpp"
 #include "nacelle/base/printable.hpp"
 #include "nacelle/base/reversed.hpp"
+#include "nacelle/node/container_facts.hpp"
 #include "nacelle/runtime/crash_record.hpp"
 #include "networking/network_wish.hpp"
 #include "requests/request_server.hpp"
 #include "session/bring_up_fault.hpp"
 #include "session/comeback.hpp"
+#include "session/run_texts.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -49,6 +51,10 @@ Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, 
 
 Session::~Session() { end(); }
 
+std::shared_ptr<ContainerFacts> Session::facts() const {
+  return std::static_pointer_cast<ContainerFacts>(container_->shared_object(kContainerFactsName));
+}
+
 void Session::end() {
   lookout_.reset();
   request_server_.reset();
@@ -60,6 +66,7 @@ void Session::end() {
   emergency_stops_.reset();
   network_.reset();
   loader_.reset();
+  if (container_) facts()->read_texts_by({});
   container_.reset();
   for (auto& program : reversed(programs_)) program->stop(clock_);
 }
@@ -127,6 +134,11 @@ int Session::run_robot() {
   container_options.component_path = options_.places.component_folders;
   container_options.node_interfaces = runtime::NodeInterfaces::All;
   container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
+  facts()->read_texts_by([this] {
+    std::vector<RunText> texts = options_.files;
+    texts.push_back(parameters_text(*container_));
+    return texts;
+  });
   watchdog_.emplace(
       service_manager_, [this] { return why_not_feed(); }, clock_, [this](const std::string& line) { say(line); });
   container_->call_while_waiting([this, main = std::this_thread::get_id()] {

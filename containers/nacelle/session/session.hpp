@@ -18,6 +18,7 @@
 #include "nacelle/base/result.hpp"
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/lifecycle_manager/lifecycle_manager.hpp"
+#include "nacelle/node/container_facts.hpp"
 #include "nacelle/runtime/budget.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/transport_local/carrier.hpp"
@@ -66,7 +67,8 @@ struct SessionOptions {
   std::string transitions_file;  ///< Empty: none (transition_log.hpp).
   ClockAlarm* clock_alarm = nullptr;                         ///< Must outlive the session; null: the kernel's.
   const process::ServiceManager* service_manager = nullptr;  ///< Must outlive the session; null: none.
-  Reload::Reread reread;  ///< Reads the launch file again, for a reload; empty: there is none.
+  std::vector<RunText> files;  ///< Those that were read for the plan; recordings have them.
+  Reload::Reread reread;       ///< Reads the launch file again, for a reload; empty: there is none.
 };
 
 /// Writes the stop frames and kills the programs. StopSignal calls it at the third signal. Async-signal-safe.
@@ -175,6 +177,7 @@ class Session final : public answers::Robot {
   [[nodiscard]] bool write_report();
 
   void progress(const std::string& line) const;  // verbose: a line; terminal: a changing line; else nothing
+  [[nodiscard]] std::shared_ptr<ContainerFacts> facts() const;
   [[nodiscard]] const launch::ComponentPlan* plan_of(const std::string& node) const { return plan_.find(node); }
 
   launch::Plan plan_;

@@ -334,6 +334,10 @@ std::shared_ptr<void> Container::shared_object(const std::string& name) const {
 
 void Container::write_safe_stops() const { impl_->write_safe_stops(); }
 
+Result<std::vector<ParameterReport>, Problem> Container::parameters_of(std::uint64_t id) const {
+  return impl_->parameters_of(id);
+}
+
 std::optional<LoadRequest> Container::request_of(std::uint64_t id) const {
   if (const auto record = impl_->record(id)) return *record->request.lock();
   if (const auto foreign = impl_->foreign_component(id)) return foreign->request();

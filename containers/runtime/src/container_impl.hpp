@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "container_services.hpp"
@@ -14,6 +15,7 @@
 #include "fault_history.hpp"
 #include "nacelle/base/log.hpp"
 #include "nacelle/base/mutex.hpp"
+#include "nacelle/base/names.hpp"
 #include "nacelle/host/state_watch.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/runtime/foreign_component.hpp"
@@ -95,7 +97,8 @@ struct Record : NodeRecord {
 struct Container::Impl {
   Impl(Container& self, ContainerOptions o, const Clock& clock)
       : options(std::move(o)),
-        commons(clock, options.run_by_caller ? Watching::ByCaller : Watching::ByThread),
+        commons(clock, options.run_by_caller ? Watching::ByCaller : Watching::ByThread,
+                fully_qualified_node_name(options.name_space, options.name)),
         supervisor({options.handover_after, options.hang_after}),
         index(options.component_path),
         node_services(
@@ -135,7 +138,7 @@ struct Container::Impl {
   Guarded<std::function<void(const StateChange&)>> state_listener;
   Guarded<std::function<void(const FaultEvent&)>> open_fault_listener;
   Guarded<std::function<void()>> change_listener;
-  Guarded<FaultHistory> history;
+  Guarded<FaultHistory> history{std::in_place, commons.facts};
   std::unique_ptr<NodeServices> node_services;  // null if they are disabled
   std::unique_ptr<ContainerServices> services;
 

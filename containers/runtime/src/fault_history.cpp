@@ -8,7 +8,7 @@
 namespace nacelle::runtime {
 
 void FaultHistory::add(FaultEvent event) {
-  event.number = next_++;
+  event.number = facts_->faults.fetch_add(1) + 1;
   auto& mine = of_[event.node];
   mine.push_back(std::move(event));
   if (mine.size() > kPerNode) mine.pop_front();

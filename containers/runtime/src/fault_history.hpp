@@ -4,9 +4,12 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "nacelle/node/container_facts.hpp"
 #include "nacelle/runtime/container.hpp"
 
 namespace nacelle::runtime {
@@ -16,6 +19,9 @@ class FaultHistory {
  public:
   static constexpr std::size_t kPerNode = 16, kNodes = 256;
 
+  /// `facts`: those that count the faults.
+  explicit FaultHistory(std::shared_ptr<ContainerFacts> facts) : facts_(std::move(facts)) {}
+
   void add(FaultEvent event);
   /// Records the end of the newest open fault of that node and code.
   void end(const std::string& node, const std::string& code, Duration lasted);
@@ -23,7 +29,7 @@ class FaultHistory {
   [[nodiscard]] std::vector<FaultEvent> all() const;
 
  private:
-  std::uint64_t next_ = 1;
+  const std::shared_ptr<ContainerFacts> facts_;
   std::map<std::string, std::deque<FaultEvent>> of_;
 };
 

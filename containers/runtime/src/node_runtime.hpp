@@ -12,6 +12,7 @@
 #include "nacelle/base/clock_skews.hpp"
 #include "nacelle/base/mutex.hpp"
 #include "nacelle/host/node_host.hpp"
+#include "nacelle/node/container_facts.hpp"
 #include "nacelle/node/motion_stops.hpp"
 #include "nacelle/runtime/broker.hpp"
 #include "nacelle/runtime/executor.hpp"
@@ -24,9 +25,14 @@ namespace nacelle::runtime {
 
 /// The data that all nodes of a container share.
 struct Commons {
-  Commons(const Clock& c, Watching watching)
-      : clock(c), broker(c, watching), motion_stops(std::make_shared<MotionStops>()) {
+  /// `container`: its full name.
+  Commons(const Clock& c, Watching watching, std::string container)
+      : clock(c),
+        broker(c, watching),
+        motion_stops(std::make_shared<MotionStops>()),
+        facts(std::make_shared<ContainerFacts>(std::move(container))) {
     shared_objects.lock()->emplace(kMotionStopsName, motion_stops);
+    shared_objects.lock()->emplace(kContainerFactsName, facts);
     shared_objects.lock()->emplace(kClockSkewsName, clock_skews);
   }
   /// The clock of nodes with use_sim_time.
@@ -41,7 +47,8 @@ struct Commons {
   ServiceDirectory services;
   FrameRegistry frames;
   Guarded<std::map<std::string, std::shared_ptr<void>>> shared_objects;
-  const std::shared_ptr<MotionStops> motion_stops;  // in shared_objects, like the next member
+  const std::shared_ptr<MotionStops> motion_stops;  // in shared_objects, like the next two
+  const std::shared_ptr<ContainerFacts> facts;
   const std::shared_ptr<void> clock_skews = make_clock_skews();
 };
 

@@ -37,7 +37,7 @@ double record_once(const std::string& folder, const Image& image, std::uint64_t 
   Usage half{};
   for (std::uint64_t i = 0; i < count; ++i) {
     if (i == count / 2) half = Usage::now();
-    recording.write(topic, &image, 1 + i, 1 + i);
+    recording.write(topic, &image, {1 + i, 1 + i});
   }
   const std::uint64_t second_half = count - count / 2;
   mallocs = static_cast<double>((Usage::now() - half).mallocs) / static_cast<double>(second_half);

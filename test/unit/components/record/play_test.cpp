@@ -25,11 +25,11 @@ class PlayTest : public TemporaryFolder {
     const auto numbers = recording.add_topic("/numbers", Int32::message_type(), {QoS(100)});
     Int32 message;
     message.data = 1000;
-    recording.write(kept, &message, kStart, kStart);
+    recording.write(kept, &message, {kStart, kStart});
     for (int i = 1; i <= 5; ++i) {
       message.data = i;
       const auto at = kStart + static_cast<std::uint64_t>(i) * 20 * kMillisecond;
-      recording.write(numbers, &message, at, at);
+      recording.write(numbers, &message, {at, at});
     }
     EXPECT_FALSE(recording.finish());
   }
@@ -114,7 +114,7 @@ TEST_F(PlayTest, ends_though_it_loops_where_nothing_can_be_played_again) {
     auto single = Recording::begin({.folder = path("single"), .keep_free = 0});
     ASSERT_TRUE(empty && single);
     const Int32 message;
-    (*single)->write((*single)->add_topic("/numbers", Int32::message_type(), {QoS(100)}), &message, kStart, kStart);
+    (*single)->write((*single)->add_topic("/numbers", Int32::message_type(), {QoS(100)}), &message, {kStart, kStart});
   }
   for (const char* name : {"empty", "single"}) {
     auto recording = OpenRecording::open(path(name));

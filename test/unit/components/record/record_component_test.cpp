@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The recorder in a container, with publishers of its streams.
+#include <algorithm>
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <map>
+#include <rosbag2_interfaces/msg/write_split_event.hpp>
 #include <sensor_msgs/msg/image.hpp>
 #include <std_msgs/msg/string.hpp>
 
+#include "nacelle/node/container_facts.hpp"
 #include "nacelle/runtime/test_container.hpp"
 #include "record/model/recording_summary.hpp"
 #include "record/port/recording_file.hpp"
@@ -66,6 +69,53 @@ TEST_F(RecordComponentTest, records_what_is_there_and_what_comes_later) {
   EXPECT_EQ(all.at("/kept"), 1U);
   EXPECT_EQ(all.at("/later"), 2U);
   EXPECT_EQ(all.at("/diagnostics"), 1U);
+}
+
+TEST_F(RecordComponentTest, attaches_what_the_run_was_started_with_and_the_robots_description) {
+  const auto facts =
+      std::static_pointer_cast<ContainerFacts>(container_.container().shared_object(kContainerFactsName));
+  facts->read_texts_by([] { return std::vector<RunText>{{"robot.launch.yaml", "application/yaml", "launch: []\n"}}; });
+  auto a = container_.advertise<String>("/a", QoS(10));
+  const auto recorder = record({{"record.topics", std::vector<std::string>{"/a"}}});
+  auto description = container_.advertise<String>("/arm/robot_description", QoS(1).transient_local());
+  description.publish(words("<robot name='arm'/>"));
+  auto reader = container_.subscribe<DiagnosticArray>("/diagnostics", QoS(10));
+  static_cast<void>(reader.next());  // a second
+  description.publish(words("<robot name='another'/>"));
+  end(recorder);
+  EXPECT_EQ(recorded(), (std::map<std::string, std::uint64_t>{}));
+  auto source = FileSource::open(path("bag/bag_0.mcap"));
+  struct Texts final : McapVisitor {
+    void on_attachment(const McapAttachment& one, const McapSpot&) override {
+      all[one.name] = std::string{as_text(one.data.bytes)};
+    }
+    void on_problem(const McapProblem& problem) override { ADD_FAILURE() << problem.what; }
+    std::map<std::string, std::string> all;
+  } texts;
+  ASSERT_TRUE(source && walk_mcap(**source, texts));
+  EXPECT_EQ(texts.all, (std::map<std::string, std::string>{{"robot.launch.yaml", "launch: []\n"},
+                                                           {"arm/robot_description.urdf", "<robot name='arm'/>"}}));
+}
+
+TEST_F(RecordComponentTest, tells_of_another_file_and_of_topics_that_nobody_publishes) {
+  using rosbag2_interfaces::msg::WriteSplitEvent;
+  auto events = container_.subscribe<WriteSplitEvent>("/events/write_split", QoS(1));
+  auto a = container_.advertise<String>("/a", QoS(10));
+  const auto recorder = record(
+      {{"record.topics", std::vector<std::string>{"/a", "/b"}}, {"storage.max_bagfile_size", std::int64_t{1000}}});
+  a.publish(words(std::string(2000, 'x')));
+  const WriteSplitEvent event = events.next();
+  EXPECT_EQ(event.closed_file, path("bag/bag_0.mcap"));
+  EXPECT_EQ(event.opened_file, path("bag/bag_1.mcap"));
+  std::vector<std::string> lines;
+  {
+    const test::LogLines log;
+    end(recorder);
+    lines = log.all;
+  }
+  const auto said = [&](const std::string& line) { return std::count(lines.begin(), lines.end(), line); };
+  EXPECT_EQ(said("/b was never published"), 1);
+  EXPECT_EQ(said("/a was never published"), 0);
 }
 
 TEST_F(RecordComponentTest, takes_the_topics_that_are_chosen) {

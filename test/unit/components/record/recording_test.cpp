@@ -27,7 +27,7 @@ class RecordingTest : public TemporaryFolder {
   static void say(Recording& recording, const std::string& words, std::uint64_t at) {
     String message;
     message.data = words;
-    recording.write(recording.add_topic("/chatter", String::message_type(), {QoS(10)}), &message, at, at - 1);
+    recording.write(recording.add_topic("/chatter", String::message_type(), {QoS(10)}), &message, {at, at - 1});
   }
   [[nodiscard]] const RecordingSummary& summary_of(int file) {
     auto source = FileSource::open(path("bag/bag_" + std::to_string(file) + ".mcap"));
@@ -73,6 +73,21 @@ TEST_F(RecordingTest, is_a_folder_as_rosbag2_makes_it) {
   EXPECT_TRUE(has("topic_type_hash=RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"));
   EXPECT_TRUE(has("message 1 #0 at 300 of 299: "));
   EXPECT_TRUE(has("metadata rosbag2 serialized_metadata=rosbag2_bagfile_information:"));
+}
+
+TEST_F(RecordingTest, has_what_is_attached_beside_its_messages) {
+  auto recording = begin();
+  recording->attach({"robot.launch.yaml", "application/yaml", "launch: []\n"}, 5);
+  say(*recording, "hello", 100);
+  recording->attach({"robot_description.urdf", "application/xml", "<robot/>"}, 200);
+  say(*recording, "world", 300);
+  EXPECT_FALSE(recording->finish());
+  const auto& summary = summary_of(0);
+  EXPECT_EQ(summary.messages(), 2U);
+  ASSERT_EQ(summary.attachments().size(), 2U);
+  EXPECT_EQ(summary.attachments()[0].name, "robot.launch.yaml");
+  EXPECT_EQ(summary.attachments()[0].bytes, 11U);
+  EXPECT_EQ(summary.attachments()[1].media_type, "application/xml");
 }
 
 TEST_F(RecordingTest, never_touches_what_is_there) {

@@ -98,6 +98,9 @@ class Container final {
   void tell_change();
   /// Returns the last faults of each node in their order, also of components that were unloaded.
   [[nodiscard]] std::vector<FaultEvent> faults() const;
+  /// Returns the present parameters of a component of this process, also while one of its callbacks runs. Errors: it is
+  /// not loaded here.
+  [[nodiscard]] Result<std::vector<ParameterReport>, Problem> parameters_of(std::uint64_t id) const;
   /// Returns the request that loaded a component, with its parameters as they are now; nothing for an unknown id.
   [[nodiscard]] std::optional<LoadRequest> request_of(std::uint64_t id) const;
   /// Describes what components of this process share other than streams and services, and could not share with another

@@ -36,6 +36,7 @@ class GenericTopics {
   GenericTopics(NodeHost& host, std::string node) : host_(host), node_(std::move(node)) {}
 
   [[nodiscard]] const Clock& clock() const { return host_.clock(); }
+  [[nodiscard]] const std::string& node() const { return node_; }
   /// Tells the listener of all endpoints of the container and of each change, until the handle goes. Those of other processes are among them
   /// as far as somebody here reads or writes their topic.
   [[nodiscard]] std::unique_ptr<GraphWatchHandle> watch(GraphListener& listener) { return host_.watch_graph(listener); }
