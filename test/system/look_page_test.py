@@ -24,7 +24,7 @@ def middle(page, selector):
                     " return [box.left + box.width / 2, box.top + box.height / 2, box.width / 2]; })()")  # fmt: skip
 
 
-@unittest.skipIf(CHROMIUM is None, "Debian's chromium is not installed")
+@unittest.skipIf(CHROMIUM is None, "Debian's chromium is not installed: ./dev setup browser")
 class Page(RunningRobotTest):
     @classmethod
     def setUpClass(cls):

@@ -13,6 +13,7 @@
 
 #include "look/component/page_files.hpp"
 #include "nacelle/msgs/type_library.hpp"
+#include "nacelle/node/container_facts.hpp"
 
 namespace nacelle::look {
 namespace {
@@ -80,7 +81,9 @@ LookComponent::LookComponent(const NodeOptions& options) : LifecycleNode("look",
     if (names_file && !names_file_) return {false, "link_file can be set in a launch file only"};
     return {true, ""};
   });
-  options_.name = get_namespace() == "/" ? machine() : get_namespace();
+  const auto facts = shared_object<ContainerFacts>(kContainerFactsName, &make_container_facts);
+  options_.container = facts->name;
+  options_.name = facts->name.empty() ? machine() : facts->name.substr(1);
   options_.has_sim_time = get_parameter("use_sim_time").as_bool();
 }
 

@@ -136,6 +136,7 @@ void LookServer::on_open(ViewerId id, const Handshake& handshake) {
                   {},
                   std::to_string(id)};
   if (options_.has_sim_time) info.capabilities.emplace_back("time");
+  if (!options_.container.empty()) info.metadata["nacelle.container"] = options_.container;
   info.metadata["nacelle.right"] = to_text(viewer.right);
   say(id, viewer, server_info(info));
   say(id, viewer, advertise(streams_->channels()));

@@ -35,7 +35,8 @@ class LookServer final : private WebHandler {
     WebServer::Options web;
     std::uint64_t bytes_per_second = 0;  ///< For each viewer; 0: as many as the connection takes.
     std::vector<std::string> asset_folders;
-    std::string name;  ///< Of the robot.
+    std::string name;       ///< Of the robot, for people.
+    std::string container;  ///< Its full name, for the page; empty: unknown.
     bool has_sim_time = false;
   };
   [[nodiscard]] static Result<std::unique_ptr<LookServer>, Problem> start(Node& node, GenericTopics topics,

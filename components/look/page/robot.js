@@ -21,8 +21,7 @@ export class Robot extends Emitter {
     this.isAwake = true;
     connection.on('serverInfo', ({name, metadata = {}}) => {
       this.right = metadata['nacelle.right'] ?? 'view';
-      this.name = metadata['nacelle.robot'] || name || '';
-      this.version = metadata['nacelle.version'] ?? '';
+      this.name = name || '';
       this.emit('right', this.right);
     });
     connection.on('state', (state) => {

@@ -17,7 +17,7 @@ OLDEST = 18  # Debian 12's
 def main() -> int:
     node = shutil.which("node") or shutil.which("nodejs")
     if node is None:
-        print("skipped: Debian's nodejs is not installed")
+        print("skipped: Debian's nodejs is not installed: ./dev setup browser")
         return 77
     version = subprocess.run([node, "--version"], capture_output=True, text=True, check=True).stdout
     if int(re.search(r"\d+", version)[0]) < OLDEST:
