@@ -57,7 +57,7 @@ class Example:
 EXAMPLES = (
     Example("launch launch/robot.launch.yaml sim_dir:=second-sim namespace:=second --name second -v", ends=4, lines=14),
     Example("container --name empty -v", ends=1),
-    Example("drive --for 3 --seed 1"),
+    Example("drive --for 3 --seed 1 --report-html drive.html"),
     Example("component list"),
     Example("component info lidar", then=("component info --doc nacelle::examples::Series",), lines=40),
     Example("component types"),
@@ -319,6 +319,8 @@ ELSEWHERE = {
         Example("launch launch/teleop.launch.yaml joy_name:='8BitDo Pro 2' sim_dir:=pad-sim namespace:=pad --name pad", ends=6),
     "topic hz /scan": Example("topic hz /scan", ends=3),
     "teleop": Example("teleop", keys="k"),
+    # A drive of half a minute is in test/system/run_test.py.
+    "drive --report-html drive.html": Example("drive --for 1 --report-html drive.html"),
     # The component that README shows is built from there (CMakeLists.txt), and loaded by the line above this one.
     "topic echo /blocked": Example("topic echo /blocked", ends=3, prints="data: "),
     # A second robot is put apart from the one that runs.

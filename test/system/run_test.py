@@ -9,12 +9,27 @@ import signal
 import subprocess
 import time
 import unittest
+import xml.etree.ElementTree
 
 from cpu_waits import BUSY_S, CpuWatch
 from robot import COUNTER, LAUNCH_FILE, MAY_ALLOCATE, SLOW, STREAMS_HZ, RobotTest, counting, nightly, wait_for
 
 # The detector keeps one image, at 30 Hz: its queue overflows sooner than those that BUSY_S is about. A tenth is its own work.
 OVERFLOWS_AFTER_S = dict.fromkeys(("/camera/image_raw", "/camera/camera_info"), 0.9 / 30)
+
+
+class Page:
+    """A page of --report-html."""
+
+    def __init__(self, file):
+        self.text = file.read_text(encoding="utf-8")
+        root = xml.etree.ElementTree.fromstring(self.text)
+        self.tiles = {tile.find("dt").text: tile.find("dd").text for tile in root.iter("div") if tile.find("dt") is not None}
+        self.rows = [[cell.text for cell in row.iter("td")] for row in root.find(".//tbody").iter("tr")]
+        self.lines = [
+            (line.find("title").text, [tuple(map(float, point.split(","))) for point in line.get("points").split()])
+            for line in root.iter("polyline")
+        ]
 
 
 class WholeRun(RobotTest):
@@ -72,8 +87,41 @@ class WholeRun(RobotTest):
         )
         self.assertEqual(self.our_processes(), [])
 
+    def check_page(self, page, report, summary):
+        """Compares the page with what the run printed."""
+        tiles = page.tiles
+        self.assertIn(f"drive      {tiles['Distance driven']}; error at the end:", summary)
+        for name, label in (("odometry", "Odometry error at the end"), ("EKF", "EKF error at the end")):
+            metres, degrees = re.search(rf"{name} ([\d.]+) mm and ([\d.]+) deg", summary).groups()
+            shown_m, shown_deg = re.fullmatch(r"([\d.]+) m, ([\d.]+) deg", tiles[label]).groups()
+            self.assertAlmostEqual(float(shown_m) * 1000, float(metres), delta=0.1001, msg=name)
+            self.assertEqual(shown_deg, degrees, name)
+        self.assertIn(f"{tiles['CPU, of one core']} of one core, {tiles['Memory']}, ", summary)
+        self.assertEqual(tiles["Faults"], "0")
+        self.assertGreater(float(tiles["Time"].split()[0]), 10)
+        for key, label in (("published", "Messages"), ("copies", "Copied")):
+            self.assertEqual(int(tiles[label]), sum(stream[key] for stream in report["streams"]), label)
+        self.assertEqual(int(tiles["Dropped"]), sum(sum(stream["dropped"].values()) for stream in report["streams"]))
+        # The same rows as the table that was printed, with its rates and counts.
+        printed = {m[1]: (m[2], m[3]) for m in re.finditer(r"^(/\S+(?: \w+)?) +(\d+\.\d\d) +(\d+) ", summary, re.MULTILINE)}
+        self.assertEqual({row[0]: (row[2], row[5]) for row in page.rows}, printed)
+        rates = {row[0]: row for row in page.rows}
+        self.assertEqual((rates["/scan"][1], rates["/imu/data"][1], rates["/cmd_vel"][1]), ("10", "100", "-"))
+        for name, hz in STREAMS_HZ.items():
+            self.assertLessEqual(float(rates[name][3]), hz * 1.05 * SLOW, name)
+            self.assertGreater(float(rates[name][3]), 0, name)
+        # A square of one metre, as large across as up, in one picture.
+        self.assertEqual([title for title, _ in page.lines[:3]], ["truth", "odometry", "EKF"])
+        for title, points in page.lines[:3]:
+            across, up = (max(values) - min(values) for values in zip(*points))
+            self.assertAlmostEqual(across / up, 1, delta=0.15, msg=title)
+            self.assertGreater(len(points), 100, title)
+        self.assertGreater(len(dict(page.lines)["CPU"]), 30)
+
     def test_the_drive_ends_where_it_began(self):
-        report, summary = self.run_and_report("--seed", "4")
+        file = self.folder / "run.html"
+        report, summary = self.run_and_report("--seed", "4", "--report-html", file)
+        self.check_page(Page(file), report, summary)
         self.check_streams(report, summary)
         self.check_process(report, summary)
         drive = report["drive"]
@@ -92,6 +140,22 @@ class WholeRun(RobotTest):
             report, _ = self.run_and_report("--for", "0.2", "--seed", "9")
             orders.add((tuple(report["bringup"]["order"]), tuple(report["shutdown"]["order"])))
         self.assertEqual(len(orders), 1, orders)
+
+
+class Report(RobotTest):
+    def test_a_page_that_cannot_be_written_is_refused_before_the_robot_starts(self):
+        for file, reason in (("/nosuch/run.html", "No such file or directory"), (self.folder, "it is a folder")):
+            outcome = self.expect_exit(self.run_program("drive", "--report-html", file), 1)
+            self.assertIn(f"nacelle: {file}: the report cannot be written: {reason}", outcome.stderr)
+            self.assertEqual(outcome.stdout, "", "nothing was started")
+
+    def test_a_page_of_a_run_without_a_drive(self):
+        file = self.folder / "idle.html"
+        self.expect_exit(self.run_program("drive", "--for", "3", "--report-html", file, "detector:=false"), 0)
+        page = Page(file)
+        self.assertEqual(page.tiles["Distance driven"], "not driven")
+        self.assertIn("Arguments detector:=false", page.text)
+        self.assertEqual([title for title, _ in page.lines[:3]], ["truth", "odometry", "EKF"])
 
 
 class Interrupted(RobotTest):
@@ -140,7 +204,8 @@ class Interrupted(RobotTest):
         self.assertLess(drive_report["ekf_error_m"], 0.08)
 
     def test_ctrl_c_in_a_drive_stops_the_robot_in_order(self):
-        drive = self.start_program("drive", LAUNCH_FILE, "--seed", "2")
+        page = self.folder / "early.html"
+        drive = self.start_program("drive", LAUNCH_FILE, "--seed", "2", "--report-html", page)
         for line in drive.stdout:
             if re.search(r"side \d of 4", line):
                 break
@@ -148,6 +213,7 @@ class Interrupted(RobotTest):
         rest, _ = drive.communicate(timeout=30 * SLOW)
         self.assertEqual(drive.returncode, 130, rest)
         self.assertIn("interrupted by SIGINT; the robot was stopped and taken down (container exited with 0)", rest)
+        self.assertIn("Ended early: interrupted", Page(page).text)
 
     def test_under_nohup_it_outlives_its_terminal(self):
         robot = self.start_program("launch", LAUNCH_FILE, "--name", "robot", preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))

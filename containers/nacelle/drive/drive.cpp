@@ -8,19 +8,21 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "control/client.hpp"
 #include "drive/container_process.hpp"
+#include "drive/live_figures.hpp"
 #include "drive/live_view.hpp"
+#include "drive/run_folder.hpp"
+#include "drive/run_recorder.hpp"
 #include "drive/velocity_sender.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "report/run_report.hpp"
+#include "run_page/page.hpp"
 #include "simulation/port/truth_file.hpp"
 
 namespace nacelle::drive {
@@ -33,35 +35,10 @@ constexpr Duration kControlPeriod = 20ms;
 constexpr Duration kStaleLimit = 1s;
 constexpr int kInterrupted = 130;  // the shell's exit code of a program that SIGINT ended
 
-/// A folder in RAM for one run's device links, truth and report; gone with the object.
-class RunFolder {
- public:
-  RunFolder() {
-    const char* const base = std::getenv("XDG_RUNTIME_DIR");
-    for (const std::string& where : {std::string{base != nullptr ? base : ""}, std::string{"/dev/shm"}}) {
-      std::string name = where + "/nacelle-drive-XXXXXX";
-      if (!where.empty() && ::mkdtemp(name.data()) != nullptr) {
-        path_ = name;
-        return;
-      }
-    }
-  }
-  RunFolder(const RunFolder&) = delete;
-  RunFolder& operator=(const RunFolder&) = delete;
-  ~RunFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
-  }
-  [[nodiscard]] const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
 /// Where filter and world think the robot is, at standstill.
 struct FinalPoses {
   bool taken = false;
-  double ekf_x_m = 0, ekf_y_m = 0, truth_x_m = 0, truth_y_m = 0;
+  PlanarPose ekf, truth;
 };
 
 class Run {
@@ -75,14 +52,19 @@ class Run {
 
   int run() {
     // Found out now, not after the drive.
-    if (!settings_.report_file.empty()) {
-      if (auto fine = report::check_report_file(settings_.report_file); !fine) return fail(fine.error());
+    for (const auto* const file : {&settings_.report_file, &settings_.html_file}) {
+      if (file->empty()) continue;
+      if (auto fine = report::check_report_file(*file); !fine) return fail(fine.error());
     }
     auto done = bring_up();
+    if (done && !settings_.html_file.empty()) start_recorder();
     if (done) done = settings_.duration || settings_.stay ? idle() : drive();
     take_down(done.has_value());
+    const auto report = figures();
+    const bool is_page_written = write_page(report, done);
     if (!done) return fail(done.error());
-    return finish();
+    const int code = finish(report);
+    return code == 0 && !is_page_written ? 1 : code;
   }
 
  private:
@@ -131,6 +113,19 @@ class Run {
     }
   }
 
+  /// Not for a container without odometry: the page has none then.
+  void start_recorder() {
+    std::optional<OdometryTap> odometry;
+    if (auto client = container_->connect(kAnswerLimit, stop_.descriptor())) {
+      if (auto tap = OdometryTap::open(std::move(client).value(), settings_.odometry_topic))
+        odometry = std::move(tap).value();
+    }
+    recorder_.emplace(truth_file(), std::move(odometry), clock_.now(), clock_.wall_now());
+  }
+  [[nodiscard]] Duration look_period() const {
+    return recorder_ ? std::min(view_.period(), RunRecorder::kStatsPeriod) : view_.period();
+  }
+
   [[nodiscard]] Result<void, Problem> idle() {
     const MonotonicTime begin = clock_.now();
     const bool for_ever = settings_.stay;
@@ -140,10 +135,15 @@ class Run {
       const std::string activity = for_ever ? fmt::format("until Ctrl-C; container '{}'", name_)
                                             : fmt::format("{:.0f} s left", to_seconds(*settings_.duration - ran));
       if (auto stats = look(activity); !stats) return stats;
+      if (recorder_) {
+        auto X_OB = client_->lookup(settings_.odom_frame, settings_.base_frame, kAnswerLimit);
+        if (!X_OB) return err(interrupted_or(X_OB.error()));
+        recorder_->note_pose(X_OB.value(), clock_.now(), clock_.wall_now());
+      }
       // With --stay, the robot continues with the remaining components, as under `launch`.
       if (for_ever) tell_faults();
       if (auto fine = for_ever ? check_runs() : check_faults(); !fine) return fine;
-      container_->listen(for_ever ? view_.period() : std::min(view_.period(), *settings_.duration - ran),
+      container_->listen(for_ever ? look_period() : std::min(look_period(), *settings_.duration - ran),
                          stop_.descriptor());
     }
     // Of --stay and --for, Ctrl-C is an ordinary end.
@@ -173,6 +173,7 @@ class Run {
                                        settings_.odom_frame, settings_.base_frame),
                            "does the launch file start odometry or an EKF?"});
       }
+      if (recorder_) recorder_->note_pose(X_OB.value(), now, clock_.wall_now());
       if (X_OB.value().known) {
         pose_ = planar(X_OB.value());
         const VelocityCommand command = course_.step(pose_, now);
@@ -180,7 +181,7 @@ class Run {
           return err(interrupted_or(sent.error()));
       }
       if (now >= next_look) {
-        next_look = now + view_.period();
+        next_look = now + look_period();
         if (auto stats = look(activity()); !stats) return stats;
         if (auto fine = check_faults(); !fine) {
           zero();
@@ -204,11 +205,10 @@ class Run {
   [[nodiscard]] Result<void, Problem> take_final_poses() {
     auto X_OB = client_->lookup(settings_.odom_frame, settings_.base_frame, kAnswerLimit);
     if (!X_OB) return err(X_OB.error());
-    const auto truth = simulation::read_truth(folder_.path() + "/truth");
+    const auto truth = simulation::read_truth(truth_file());
     // Without a simulated world (sim:=false) there is nothing to compare with.
     if (truth && X_OB.value().known) {
-      final_ = {true, X_OB.value().translation_m[0], X_OB.value().translation_m[1], truth.value().x_m,
-                truth.value().y_m};
+      final_ = {true, planar(X_OB.value()), {truth.value().x_m, truth.value().y_m, truth.value().yaw_rad}};
     }
     driven_ = true;
     return {};
@@ -222,31 +222,20 @@ class Run {
       return err(Problem{"container", "its figures cannot be read", ""});
     phase_ = stats_.value("phase", "");
     view_.show(stats_, activity, clock_.now());
+    if (recorder_) recorder_->note_stats(stats_, clock_.now());
     return {};
   }
 
-  [[nodiscard]] static bool has_fault(const nlohmann::json& node) {
-    return node.contains("fault") || node.contains("open_faults");
-  }
-  [[nodiscard]] static Problem fault_of(const nlohmann::json& node) {
-    const std::string where = "component " + node["name"].get<std::string>();
-    if (node.contains("fault")) return {where, "is faulted: " + node["fault"].get<std::string>(), ""};
-    return {where, "has an open fault: " + node["open_faults"].front().get<std::string>(), ""};
-  }
-
   [[nodiscard]] Result<void, Problem> check_faults() const {
-    for (const auto& node : stats_["nodes"]) {
-      if (has_fault(node)) return err(fault_of(node));
-    }
+    if (const auto faults = faults_of(stats_); !faults.empty()) return err(faults.front());
     return check_runs();
   }
 
   /// Each fault once.
   void tell_faults() {
     std::set<std::string> faults;
-    for (const auto& node : stats_["nodes"]) {
-      if (!has_fault(node)) continue;
-      const std::string text = fault_of(node).text();
+    for (const Problem& fault : faults_of(stats_)) {
+      const std::string text = fault.text();
       faults.insert(text);
       if (faults_told_.contains(text)) continue;
       view_.clear();
@@ -265,11 +254,6 @@ class Run {
     return fmt::format("side {} of {}, {:.2f} m, at ({:+.2f}, {:+.2f}) m, {:+.0f} deg",
                        std::min(course_.sides_done() + 1, sides), sides, course_.distance_m(), pose_.x_m, pose_.y_m,
                        pose_.yaw_rad * 180 / M_PI);
-  }
-
-  [[nodiscard]] static PlanarPose planar(const control::TransformAnswer& X) {
-    const auto [x, y, z, w] = X.rotation_xyzw;
-    return {X.translation_m[0], X.translation_m[1], std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))};
   }
 
   /// Returns what broke the connection: this program's own Ctrl-C, the container's end, or the problem itself.
@@ -311,41 +295,69 @@ class Run {
     return 1;
   }
 
-  int finish() {
+  /// Returns the container's report with what the drive adds; null if the container left none.
+  [[nodiscard]] nlohmann::ordered_json figures() const {
     const auto written = read_regular_file(container_report());
     auto report = parse_json_or_discard<nlohmann::ordered_json>(written ? written.value() : "");
+    if (!report.is_object()) return nullptr;
+    report["seed"] = settings_.seed;
+    if (driven_) report["drive"] = report::to_json(drive_figures(report));
+    report.erase("last_messages");
+    return report;
+  }
+
+  int finish(const nlohmann::ordered_json& report) {
     if (how_ended_ != "exited with 0" || !report.is_object()) {
       return fail({"container", how_ended_ + (report.is_object() ? "" : ", and left no report"), ""});
     }
-    report["seed"] = settings_.seed;
-    if (driven_) report["drive"] = report::to_json(figures(report));
-    report.erase("last_messages");
     std::fputs(report::summary_of(report).c_str(), stdout);
     std::fflush(stdout);
     if (settings_.report_file.empty()) return 0;
-    const auto kept = write_whole_file(settings_.report_file, report.dump(2) + "\n");
-    if (kept) return 0;
-    std::fprintf(stderr, "nacelle: the report: %s\n", kept.error().text().c_str());
-    return 1;
+    return write(settings_.report_file, report.dump(2) + "\n") ? 0 : 1;
   }
 
-  [[nodiscard]] report::DriveFigures figures(const nlohmann::ordered_json& report) const {
+  /// Of a run that ended early, too: that is when one looks.
+  [[nodiscard]] bool write_page(const nlohmann::ordered_json& report, const Result<void, Problem>& done) const {
+    if (!recorder_) return true;
+    auto page = recorder_->figures(report, settings_);
+    if (!settings_.duration && !settings_.stay) page.distance_m = course_.distance_m();
+    if (!done) page.failure = done.error().text();
+    if (how_ended_ != "exited with 0")
+      page.failure += (page.failure.empty() ? "" : "; ") + ("the container " + how_ended_);
+    return write(settings_.html_file, run_page::page_of(page));
+  }
+
+  [[nodiscard]] static bool write(const std::string& file, const std::string& text) {
+    const auto kept = write_whole_file(file, text);
+    if (!kept) std::fprintf(stderr, "nacelle: the report: %s\n", kept.error().text().c_str());
+    return kept.has_value();
+  }
+
+  [[nodiscard]] report::DriveFigures drive_figures(const nlohmann::ordered_json& report) const {
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
     report::DriveFigures drive{course_.distance_m(), kUnknown, kUnknown};
     if (!final_.taken) return drive;
-    drive.ekf_error_m = std::hypot(final_.ekf_x_m - final_.truth_x_m, final_.ekf_y_m - final_.truth_y_m);
-    const nlohmann::ordered_json::json_pointer position{"/pose/pose/position"};
+    const auto of_ekf = error_between(final_.ekf, final_.truth);
+    drive.ekf_error_m = of_ekf.distance_m;
+    drive.ekf_error_deg = of_ekf.yaw_deg;
+    const nlohmann::ordered_json::json_pointer pose{"/pose/pose"};
     const auto messages = report.value("last_messages", nlohmann::ordered_json::object());
     const auto odometry = messages.find(settings_.odometry_topic);
-    if (odometry != messages.end() && odometry->is_object() && odometry->contains(position)) {
-      const auto& at = (*odometry)[position];
-      drive.odometry_error_m =
-          std::hypot(at.value("x", kUnknown) - final_.truth_x_m, at.value("y", kUnknown) - final_.truth_y_m);
+    if (odometry != messages.end() && odometry->is_object() && odometry->contains(pose)) {
+      const auto number = [&](const char* part, const char* name) {
+        return (*odometry)[pose][part].value(name, kUnknown);
+      };
+      const double yaw_rad = yaw_of({number("orientation", "x"), number("orientation", "y"), number("orientation", "z"),
+                                     number("orientation", "w")});
+      const auto of_odometry = error_between({number("position", "x"), number("position", "y"), yaw_rad}, final_.truth);
+      drive.odometry_error_m = of_odometry.distance_m;
+      drive.odometry_error_deg = of_odometry.yaw_deg;
     }
     return drive;
   }
 
   [[nodiscard]] std::string container_report() const { return folder_.path() + "/container.json"; }
+  [[nodiscard]] std::string truth_file() const { return folder_.path() + "/truth"; }
 
   const DriveSettings& settings_;
   process::StopSignal& stop_;
@@ -356,6 +368,7 @@ class Run {
   SquareCourse course_;
   std::unique_ptr<ContainerProcess> container_;
   std::optional<control::Client> client_;
+  std::optional<RunRecorder> recorder_;  // with --report-html, while the robot runs and after
   nlohmann::json stats_;
   std::string phase_, how_ended_;
   std::set<std::string> faults_told_;

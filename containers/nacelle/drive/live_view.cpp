@@ -25,11 +25,6 @@ const char* colour_of(const std::string& state) {
   return "\033[31m";
 }
 
-// Twist and TwistStamped share /cmd_vel.
-std::string key_of(const nlohmann::json& stream) {
-  return stream["name"].get<std::string>() + " " + stream["type"].get<std::string>();
-}
-
 std::size_t terminal_rows() {
   winsize size{};
   return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row > 1 ? size.ws_row : 24;
@@ -67,7 +62,7 @@ double RateMeter::hz(const std::string& stream) const {
 }
 
 void LiveView::show(const nlohmann::json& stats, const std::string& activity, MonotonicTime now) {
-  for (const auto& stream : stats["streams"]) rates_.note(key_of(stream), stream["published"], now);
+  for (const auto& stream : stats["streams"]) rates_.note(report::stream_key(stream), stream["published"], now);
   if (on_terminal_) {
     // Neither wrapped nor scrolled, or the way back up would be another one. Each line clears its own rest: terminals keep what
     // an erasure from the first line of the screen takes away in their scrollback.
@@ -123,10 +118,10 @@ std::string LiveView::block(const nlohmann::json& stats, const std::string& acti
   for (const auto& row : report::rows_of(stats["streams"])) {
     const auto& stream = *row.stream;
     if (stream["writers"].get<int>() == 0) continue;
-    text +=
-        fmt::format("  {:<26}{:>7.1f} Hz  {:>8} sent  {} reader{}  {} copies\n", row.label, rates_.hz(key_of(stream)),
-                    stream["published"].get<std::uint64_t>(), stream["readers"].get<int>(),
-                    stream["readers"].get<int>() == 1 ? " " : "s", stream["copies"].get<std::uint64_t>());
+    text += fmt::format("  {:<26}{:>7.1f} Hz  {:>8} sent  {} reader{}  {} copies\n", row.label,
+                        rates_.hz(report::stream_key(stream)), stream["published"].get<std::uint64_t>(),
+                        stream["readers"].get<int>(), stream["readers"].get<int>() == 1 ? " " : "s",
+                        stream["copies"].get<std::uint64_t>());
   }
   text += fmt::format("  {:.1f} MB, {:.1f} s of CPU\n", stats.value("rss_mb", 0.0), stats.value("cpu_s", 0.0));
   return text;
@@ -137,7 +132,7 @@ std::string LiveView::line(const nlohmann::json& stats, const std::string& activ
   if (!activity.empty()) text += ", " + activity;
   std::string rates;
   for (const auto& row : report::rows_of(stats["streams"])) {
-    if (const double hz = rates_.hz(key_of(*row.stream)); hz >= 0.5)
+    if (const double hz = rates_.hz(report::stream_key(*row.stream)); hz >= 0.5)
       rates += fmt::format("{}{} {:.0f}", rates.empty() ? "" : ", ", row.label, hz);
   }
   if (!rates.empty()) text += "; Hz: " + rates;

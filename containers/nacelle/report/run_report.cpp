@@ -73,7 +73,9 @@ ordered_json to_json(const runtime::StreamReport& stream) {
 ordered_json to_json(const DriveFigures& drive) {
   return {{"distance_m", rounded(drive.distance_m, 1e4)},
           {"odometry_error_m", rounded(drive.odometry_error_m, 1e5)},
-          {"ekf_error_m", rounded(drive.ekf_error_m, 1e5)}};
+          {"ekf_error_m", rounded(drive.ekf_error_m, 1e5)},
+          {"odometry_error_deg", rounded(drive.odometry_error_deg)},
+          {"ekf_error_deg", rounded(drive.ekf_error_deg)}};
 }
 
 ordered_json to_json(const RunReport& report) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -18,6 +19,9 @@ struct DriveFigures {
   double distance_m = 0;        ///< Length of the path of the filter's poses.
   double odometry_error_m = 0;  ///< Error of the last pose of /odom against the truth, at standstill.
   double ekf_error_m = 0;       ///< The same for odom -> base_footprint.
+  double odometry_error_deg =
+      std::numeric_limits<double>::quiet_NaN();                     ///< Angle between yaw and true yaw; NaN: unknown.
+  double ekf_error_deg = std::numeric_limits<double>::quiet_NaN();  ///< The same of the EKF.
 };
 
 /// The figures of one run of a container.

@@ -14,6 +14,12 @@ struct StreamRow {
   const Json* stream;
 };
 
+/// Returns what tells a stream from the others: Twist and TwistStamped share /cmd_vel.
+template <typename Json>
+[[nodiscard]] std::string stream_key(const Json& stream) {
+  return stream["name"].template get<std::string>() + " " + stream["type"].template get<std::string>();
+}
+
 /// Returns one row for each stream of a JSON list with "name", "type" and "published". If a name has two types (as
 /// cmd_vel does) and only one of them has messages, the other is left out. The rows point into the list.
 template <typename Json>

@@ -53,11 +53,13 @@ std::string summary_of(const ordered_json& report) {
   }
   line("");
   if (const auto& drive = report["drive"]; drive.is_object()) {
-    const auto millimetres = [](const ordered_json& metres) {
-      return metres.is_number() ? fmt::format("{:.1f} mm", metres.get<double>() * 1e3) : "unknown";
+    const auto error = [&](const char* metres, const char* degrees) {
+      if (!drive[metres].is_number()) return std::string{"unknown"};
+      return fmt::format("{:.1f} mm", drive[metres].get<double>() * 1e3) +
+             (drive[degrees].is_number() ? fmt::format(" and {:.2f} deg", drive[degrees].get<double>()) : "");
     };
     line(fmt::format("drive      {:.2f} m; error at the end: odometry {}, EKF {}", drive["distance_m"].get<double>(),
-                     millimetres(drive["odometry_error_m"]), millimetres(drive["ekf_error_m"])));
+                     error("odometry_error_m", "odometry_error_deg"), error("ekf_error_m", "ekf_error_deg")));
   }
   if (const auto& command = report["command_to_wheel_ms"]; command["p99"].is_number()) {
     line(fmt::format("cmd_vel    to the wheels: p50 {} ms, p99 {} ms", number_or_dash(command["p50"], "{:.2f}"),

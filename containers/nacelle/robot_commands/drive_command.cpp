@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstddef>
+#include <map>
 #include <memory>
+#include <string>
+#include <variant>
+#include <vector>
 
 #include "cli/program.hpp"
+#include "cli/version.hpp"
 #include "drive/drive.hpp"
 #include "nacelle/launch/load_plan.hpp"
 #include "process/foreign_programs.hpp"
@@ -17,6 +24,27 @@ struct DriveWish {
   drive::DriveSettings settings;
 };
 
+/// Returns the rates that the launch file's monitors expect, by topic.
+std::map<std::string, double> expected_rates(const launch::Plan& plan) {
+  std::map<std::string, double> rates;
+  for (const auto& component : plan.components) {
+    const auto value_of = [&](const char* name) {
+      const auto found = std::ranges::find(component.parameters, name, &launch::Parameter::name);
+      return found == component.parameters.end() ? nullptr : &found->value;
+    };
+    const auto* const names = value_of("streams");
+    const auto* const values = value_of("expected_rates");
+    if (component.plugin != "nacelle::monitor::MonitorComponent" || names == nullptr || values == nullptr) continue;
+    const auto* const topics = std::get_if<std::vector<std::string>>(names);
+    const auto* const hz = std::get_if<std::vector<double>>(values);
+    if (topics == nullptr || hz == nullptr) continue;
+    for (std::size_t i = 0; i < std::min(topics->size(), hz->size()); ++i) {
+      if ((*hz)[i] > 0.0) rates[plan.name_space.topic((*topics)[i])] = (*hz)[i];
+    }
+  }
+  return rates;
+}
+
 /// Takes the names from the launch file. The container reports a file that cannot be read.
 void take_names(drive::DriveSettings& settings) {
   std::vector<std::string> words{"sim:=true"};
@@ -29,6 +57,8 @@ void take_names(drive::DriveSettings& settings) {
   for (std::string* const topic : {&settings.topic, &settings.odometry_topic}) *topic = names.topic(topic->substr(1));
   for (std::string* const frame : {&settings.odom_frame, &settings.base_frame, &settings.command_frame})
     *frame = names.frame(*frame);
+  settings.robot = plan.value().container.name + (names.moves() ? " in " + names.path : "");
+  settings.nominal_hz = expected_rates(plan.value());
 }
 
 int run(DriveWish& wish) {
@@ -48,6 +78,7 @@ int run(DriveWish& wish) {
     return complain({"drive", "the default launch file does not exist", "name one: nacelle drive FILE"});
   wish.settings.program = program_places().program;
   wish.settings.stamped = !wish.twist;
+  wish.settings.version = program_version();
   take_names(wish.settings);
   const SystemClock clock;
   return drive::run_drive(wish.settings, stop, clock);
@@ -72,6 +103,8 @@ void add_drive_command(Command& root) {
       })
       .with_default();
   command.option("--report", wish->settings.report_file, "write the figures to this JSON file").names_a(Names::File);
+  command.option("--report-html", wish->settings.html_file, "write a page with pictures of the run to this HTML file")
+      .names_a(Names::File);
   command.option("--speed", wish->settings.course.speed_mps, "top speed in m/s").within(0.02, 0.3).with_default();
   command.flag("--twist", wish->twist, "send Twist instead of TwistStamped");
   command.flag("-v,--verbose", wish->settings.verbose, "show the container's log lines");

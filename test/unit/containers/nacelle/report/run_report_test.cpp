@@ -82,11 +82,22 @@ TEST(Summary, shows_every_stream_and_every_thread_that_allocates) {
   }
 }
 
+TEST(Summary, has_the_yaw_errors_if_they_are_known) {
+  RunReport report = sample();
+  report.drive = DriveFigures{4.012, 0.0312, 0.0104, 0.62, 0.05};
+  const auto written = nlohmann::ordered_json::parse(to_json(report).dump());
+  EXPECT_EQ(written["drive"]["odometry_error_deg"], 0.62);
+  EXPECT_EQ(written["drive"]["ekf_error_deg"], 0.05);
+  const std::string text = summary_of(written);
+  EXPECT_NE(text.find("odometry 31.2 mm and 0.62 deg, EKF 10.4 mm and 0.05 deg\n"), std::string::npos) << text;
+}
+
 TEST(Summary, can_be_made_of_a_report_with_holes) {
   RunReport report;
   report.drive = DriveFigures{1.0, std::nan(""), std::nan("")};
   const std::string text = summary_of(nlohmann::ordered_json::parse(to_json(report).dump()));
   EXPECT_NE(text.find("odometry unknown"), std::string::npos) << text;
+  EXPECT_EQ(text.find("deg"), std::string::npos) << text;
   EXPECT_EQ(text.find("heap"), std::string::npos) << text;
 }
 
