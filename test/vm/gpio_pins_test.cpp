@@ -144,7 +144,7 @@ TEST_F(RealPins, distinguishes_lines_in_use_from_missing_ones) {
   const auto outputs = io::request_gpio_outputs(request({0, 1})).value();
   EXPECT_THAT(io::request_gpio_outputs(request({1, 2})).error().text(),
               HasSubstr("in use by another program or driver"));
-  EXPECT_THAT(io::request_gpio_inputs(request({99})).error().text(), HasSubstr("no such lines"));
+  EXPECT_THAT(io::request_gpio_inputs(request({99})).error().text(), HasSubstr("no such line"));
   auto nowhere = request({1});
   nowhere.chip = "/dev/gpiochip77";
   EXPECT_THAT(io::request_gpio_inputs(nowhere).error().text(), HasSubstr("no such chip"));

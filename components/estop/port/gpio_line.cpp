@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estop/port/gpio_line.hpp"
 
-#include <fmt/format.h>
-
-#include <cerrno>
-#include <cstring>
 #include <utility>
 
 #include "nacelle/io/descriptor.hpp"
+#include "nacelle/io/gpio_lines.hpp"
 
 namespace nacelle::estop {
 namespace {
@@ -44,25 +41,7 @@ class GpioSwitch final : public SwitchPort {
 }  // namespace
 
 Problem explain_gpio(const GpioSettings& settings, int os_code) {
-  Problem problem{fmt::format("GPIO line {} of {}", settings.line, settings.chip),
-                  fmt::format("cannot be read ({})", std::strerror(os_code)), "`gpioinfo` lists chips and lines"};
-  switch (os_code) {
-    case ENOENT:
-    case ENODEV:
-    case ENXIO: problem.what = "no such chip"; break;
-    case EACCES:
-    case EPERM:
-      problem.what = "no right to open it";
-      problem.way_out = "`sudo usermod -aG gpio $USER`, then log in again";
-      break;
-    case EBUSY:
-      problem.what = "in use by another program or driver";
-      problem.way_out = "`gpioinfo` names it";
-      break;
-    case EINVAL: problem.what = "the chip has no such line, or cannot do that with it"; break;
-    default: break;
-  }
-  return problem;
+  return io::explain_gpio({settings.chip, {settings.line}}, os_code);
 }
 
 std::unique_ptr<SwitchPort> switch_on(std::unique_ptr<RequestedLine> line, bool stops_when_high, const Clock& clock) {

@@ -112,7 +112,8 @@ class KernelInputs final : public GpioInputs {
 }  // namespace
 
 Problem explain_gpio(const GpioRequest& request, int os_code) {
-  Problem problem{fmt::format("GPIO lines {} of {}", fmt::join(request.lines, ", "), request.chip),
+  Problem problem{fmt::format("GPIO line{} {} of {}", request.lines.size() == 1 ? "" : "s",
+                              fmt::join(request.lines, ", "), request.chip),
                   fmt::format("cannot be used ({})", std::strerror(os_code)), "`gpioinfo` lists chips and lines"};
   switch (os_code) {
     case ENOENT:
@@ -127,7 +128,7 @@ Problem explain_gpio(const GpioRequest& request, int os_code) {
       problem.what = "in use by another program or driver";
       problem.way_out = "`gpioinfo` names it";
       break;
-    case EINVAL: problem.what = "the chip has no such lines, or cannot do that with them"; break;
+    case EINVAL: problem.what = "the chip has no such line, or cannot do that with it"; break;
     case ENOTTY: problem.what = "no GPIO chip, or one of a kernel before 5.10"; break;
     default: break;
   }

@@ -1,35 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "range/port/hc_sr04.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <ctime>
+
+#include "nacelle/io/gpio_lines.hpp"
 
 namespace nacelle::range {
 
 Problem explain_echo_lines(const EchoSettings& settings, int os_code) {
-  Problem problem{fmt::format("GPIO lines {} and {} of {}", settings.trigger_line, settings.echo_line, settings.chip),
-                  fmt::format("cannot be used ({})", std::strerror(os_code)), "`gpioinfo` lists chips and lines"};
-  switch (os_code) {
-    case ENOENT:
-    case ENODEV:
-    case ENXIO: problem.what = "no such chip"; break;
-    case EACCES:
-    case EPERM:
-      problem.what = "no permission to open the chip";
-      problem.way_out = "`sudo usermod -aG gpio $USER`, then log in again";
-      break;
-    case EBUSY:
-      problem.what = "in use by another program or driver";
-      problem.way_out = "`gpioinfo` names it";
-      break;
-    case EINVAL: problem.what = "the chip has no such lines, or cannot do that with them"; break;
-    default: break;
-  }
-  return problem;
+  return io::explain_gpio({settings.chip, {settings.trigger_line, settings.echo_line}}, os_code);
 }
 
 Result<Duration, EchoFault> HcSr04::measure() {

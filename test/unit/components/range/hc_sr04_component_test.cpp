@@ -123,7 +123,7 @@ std::string refusal_of(const std::map<std::string, ParameterValue>& overrides) {
 
 TEST(HcSr04Parameters, what_is_wrong_is_named_with_the_way_out) {
   const std::string absent = refusal_of({{"gpio_chip", std::string{"/dev/no_gpiochip"}}, {"required_device", true}});
-  EXPECT_NE(absent.find("GPIO lines 23 and 24 of /dev/no_gpiochip"), std::string::npos) << absent;
+  EXPECT_NE(absent.find("GPIO lines 23, 24 of /dev/no_gpiochip"), std::string::npos) << absent;
   EXPECT_NE(refusal_of({{"echo_line", std::int64_t{23}}}).find("23 is trigger_line, too"), std::string::npos);
   EXPECT_NE(refusal_of({{"min_range", 5.0}}).find("max_range"), std::string::npos);
 }

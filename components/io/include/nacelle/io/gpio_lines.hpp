@@ -78,7 +78,7 @@ class GpioInputs {
 /// Errors: a Problem that names the chip and the lines, and says what to do (no such chip or line, no permission, in use).
 [[nodiscard]] Result<std::unique_ptr<GpioOutputs>, Problem> request_gpio_outputs(const GpioRequest& request);
 [[nodiscard]] Result<std::unique_ptr<GpioInputs>, Problem> request_gpio_inputs(const GpioRequest& request);
-/// What errno of a failed request means.
+/// Returns what errno of a failed request means, by this or another way to the lines, and what to do. Pure.
 [[nodiscard]] Problem explain_gpio(const GpioRequest& request, int os_code);
 
 }  // namespace nacelle::io
