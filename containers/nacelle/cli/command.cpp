@@ -19,12 +19,8 @@ namespace nacelle::cli {
 namespace {
 
 std::string words_of_number(double value) {
-  const bool whole = std::floor(value) == value && std::abs(value) < 1e15;
+  const bool whole = std::floor(value) == value && std::abs(value) <= 1e15;
   return whole ? fmt::format("{}", static_cast<std::int64_t>(value)) : fmt::format("{:g}", value);
-}
-
-std::string words_of_range(const Option& option) {
-  return words_of_number(option.range->first) + " to " + words_of_number(option.range->second);
 }
 
 bool takes_whole_number(const Option& option) {
@@ -43,7 +39,7 @@ std::string value_words(const Option& option) {
                       : option.completes == Names::File ? "FILE"
                       : takes_text(option)              ? "TEXT"
                                                         : "NUMBER";
-  if (option.range) words += " (" + words_of_range(option) + ")";
+  if (option.range) words += " (" + option.range_text() + ")";
   return words;
 }
 
@@ -55,7 +51,7 @@ std::string wrong_with(const Option& option, const std::string& text) {
     const auto read = std::from_chars(text.data(), end, value);
     const bool fits =
         read.ec == std::errc{} && read.ptr == end && value >= option.range->first && value <= option.range->second;
-    if (!fits) return "'" + text + "' is not a number from " + words_of_range(option);
+    if (!fits) return "'" + text + "' is not a number from " + option.range_text();
   }
   if (takes_whole_number(option)) {
     std::uint64_t value = 0;
@@ -217,6 +213,10 @@ bool asks_for_json(const CLI::App& app) {
 }
 
 }  // namespace
+
+std::string Option::range_text() const {
+  return words_of_number(range->first) + " to " + words_of_number(range->second);
+}
 
 int run_command_line(const Command& root, const std::string& version, int argc, char** argv) {
   const Way way = follow(root, argc, argv);

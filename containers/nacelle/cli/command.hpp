@@ -67,6 +67,8 @@ struct Option {
   Option& checked(std::function<std::string(const std::string&)> by) { return check = std::move(by), *this; }
   Option& not_with(std::string other) { return excluded.push_back(std::move(other)), *this; }
 
+  /// Returns "0.1 to 3600". Only for an option with a range.
+  [[nodiscard]] std::string range_text() const;
   [[nodiscard]] bool is_positional() const { return names.empty() || names.front() != '-'; }
   [[nodiscard]] bool is_flag() const { return target.index() == 0 || target.index() == 7; }
 };

@@ -37,7 +37,7 @@ std::string described(const Option& option) {
     for (const auto& value : option.allowed) all += (all.empty() ? "" : ", ") + value;
     say("one of " + all);
   }
-  if (option.range) say(fmt::format("{:g} to {:g}", option.range->first, option.range->second));
+  if (option.range) say(option.range_text());
   return text.empty() ? option.names : text;
 }
 

@@ -19,7 +19,7 @@ TEST(ManPage, holds_every_command_with_its_options) {
   bool flag = false;
   Command& echo = root.add("topic", "topics").add("echo", "show messages");
   echo.option("topic", topic, "its name").required();
-  echo.option("-r,--rate", rate, "how often").within(0.5, 100).value("HZ");
+  echo.option("-r,--rate", rate, "how often").within(0.5, 1e9).value("HZ");
   echo.flag("--secret", flag, "not for people").hidden();
   echo.runs([] { return 0; });
   echo.note(".first line\nsecond line");
@@ -31,10 +31,16 @@ TEST(ManPage, holds_every_command_with_its_options) {
   EXPECT_THAT(page, HasSubstr("nacelle \\- the whole robot in one process"));
   EXPECT_THAT(page, HasSubstr(".SS nacelle topic echo\nshow messages.\n"));
   EXPECT_THAT(page, HasSubstr("[\\fIoptions\\fR]\n\\fItopic\\fR\n"));
-  EXPECT_THAT(page, HasSubstr("\\fB\\-r\\fR, \\fB\\-\\-rate\\fR \\fIHZ\\fR\nhow often; 0.5 to 100\n"));
+  EXPECT_THAT(page, HasSubstr("\\fB\\-r\\fR, \\fB\\-\\-rate\\fR \\fIHZ\\fR\nhow often; 0.5 to 1000000000\n"));
   EXPECT_THAT(page, HasSubstr(".nf\n\\&.first line\nsecond line\n.fi"));
   EXPECT_THAT(page, Not(HasSubstr("secret")));
   EXPECT_THAT(page, Not(HasSubstr("isolated")));
+}
+
+TEST(Range, is_written_with_plain_numbers) {
+  Option option;
+  EXPECT_EQ(option.within(0, 1e15).range_text(), "0 to 1000000000000000");
+  EXPECT_EQ(option.within(-1e6, 2.5).range_text(), "-1000000 to 2.5");
 }
 
 TEST(ManPage, takes_no_letter_for_a_request_of_roff) {
