@@ -114,6 +114,14 @@ class Tools(RunningRobotTest):
         self.assertNotIn("wheel", text)
         self.assertIn("did you mean 'odom'", self.expect_exit(self.run_program("tf", "monitor", "odmo"), 1).stderr)
 
+    def test_a_topic_without_endpoints_is_not_suggested_for_itself(self):
+        for topic in ("/gone_for_good", "/scam"):
+            self.expect_exit(self.run_program("topic", "pub", "--once", topic, "std_msgs/msg/String", "{data: x}"), 0)
+        said = self.expect_exit(self.run_program("topic", "echo", "/gone_for_good", "--once"), 1).stderr
+        self.assertIn("topic /gone_for_good: no node publishes it or subscribes to it", said)
+        self.assertNotIn("'/gone_for_good'", said)
+        self.assertIn("did you mean '/scan'?", self.expect_exit(self.run_program("topic", "echo", "/scam", "--once"), 1).stderr)
+
     # --- streams and top ----------------------------------------------------------------------------------------------
 
     def test_streams_shows_rates_without_late_readers(self):

@@ -57,7 +57,10 @@ Result<const msgs::MessageType*, Problem> OwnContainer::type_of(const requests::
   std::vector<std::string> names;
   std::vector<runtime::StreamReport> streams;
   container.report_streams(streams);
-  for (const auto& stream : streams) names.push_back(stream.name);
+  for (const auto& stream : streams) {
+    // A stream outlives its endpoints. Such a name, as this one's may be, is no help.
+    if (stream.writers != 0 || stream.readers != 0) names.push_back(stream.name);
+  }
   return err(Problem{"topic " + wish.topic, "no node publishes it or subscribes to it", suggestion(wish.topic, names)});
 }
 
