@@ -343,7 +343,8 @@ class Run {
     const nlohmann::ordered_json::json_pointer pose{"/pose/pose"};
     const auto messages = report.value("last_messages", nlohmann::ordered_json::object());
     const auto odometry = messages.find(settings_.odometry_topic);
-    if (odometry != messages.end() && odometry->is_object() && odometry->contains(pose)) {
+    if (odometry != messages.end() && odometry->contains(pose / "position") &&
+        odometry->contains(pose / "orientation")) {
       const auto number = [&](const char* part, const char* name) {
         return (*odometry)[pose][part].value(name, kUnknown);
       };
