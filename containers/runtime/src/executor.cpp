@@ -222,7 +222,7 @@ void Executor::run_ready() {
     self.thread_id = this_thread_id();
     self.cpu_clock = cpu_clock_of_this_thread();
   }
-  Worker* const before = std::exchange(Worker::here, &self);
+  Worker* const outer = std::exchange(Worker::here, &self);
   for (;;) {
     if (now >= timers_.next_due()) fire_due_timers(now);
     Executable* const next = pop();
@@ -236,7 +236,7 @@ void Executor::run_ready() {
   }
   self.running = nullptr;
   self.group = nullptr;
-  Worker::here = before;
+  Worker::here = outer;
   mutex_.unlock();
 }
 
