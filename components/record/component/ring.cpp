@@ -85,7 +85,8 @@ Result<std::unique_ptr<Ring>, Problem> Ring::begin(RingOptions options) {
   const std::uint64_t free = (*folder)->free_bytes() + options.soon_free;
   if (free / 2 < kLeastBytes)
     return err(Problem{Place{options.base, 0},
-                       fmt::format("is full: {} MB are free, and a ring takes at most half of them", free / kMegabyte),
+                       fmt::format("is full: {} MB are free, a ring takes at most half of them and needs {} MB",
+                                   free / kMegabyte, kLeastBytes / kMegabyte),
                        "make room in it; docker run --shm-size=1g makes a larger one", FileFault::NoRoom});
   options.most_bytes = std::min(options.most_bytes, free / 2);
   return std::unique_ptr<Ring>{new Ring{std::move(options), std::move(*folder)}};

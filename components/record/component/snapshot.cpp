@@ -128,7 +128,9 @@ std::optional<Problem> fill(const SnapshotWish& wish, Snapshot& made) {
   }
   made.messages = whole.files.back().messages;
   if (made.messages == 0 && made.problems > 0)
-    return Problem{"the ring", "has nothing that can be read", "", McapFault::BadRecord};
+    return Problem{Place{std::filesystem::path{files.front()}.parent_path().string(), 0},
+                   "has nothing that can be read", "it is no ring of a recorder, or damaged: remove it",
+                   McapFault::BadRecord};
   const std::string yaml = metadata_yaml(whole);
   is_good = is_good && writer.close_chunk() && writer.write_metadata({"nacelle.snapshot", {{"reason", wish.reason}}}) &&
             writer.write_metadata({"rosbag2", {{"serialized_metadata", yaml}}}) && writer.finish() && (*sink)->sync();
