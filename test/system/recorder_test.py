@@ -30,7 +30,7 @@ class Recorder:
     """What the classes share."""
 
     def info(self, bag):
-        return json.loads(self.expect_exit(self.run_program("bag", "info", bag, "--json"), 0).stdout)["response"]
+        return json.loads(self.expect_exit(self.run_program("bag", "info", bag, "--json"), 0).stdout)
 
     def counts(self, bag):
         return {topic["name"]: topic["messages"] for topic in self.info(bag)["topics"]}
