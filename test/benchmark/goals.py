@@ -306,6 +306,12 @@ def recording(programs, say):
             goal = at_least(0.9) if place == "the disk" else None
             yield row("M17", f"recording in {place}, messages of {what}: speed", run["speed"], "x write()", goal, f"{run['mb_per_s']:.0f} MB/s")
             yield row("M17", f"mallocs of a message of {what}, in {place}", run["mallocs"], "", at_most(0.01))
+    say("messages of 1 MiB at 0.8 times the disk's rate")
+    run = programs.run("recording", folder=".", megabytes=256, paced=1)
+    yield row("M17", "messages lost at 0.8 times the disk's rate", run["lost"], "", exactly(0), f"of {run['messages']:.0f}, {run['mb_per_s']:.0f} MB/s")
+    say("instructions of a publisher for a recorder")
+    alone, recorded = (programs.instructions("recording", publish=1, reader=reader) for reader in (0, 1))
+    yield row("M17", "a publisher's instructions for a recorder that is late", recorded - alone, "Ir/message", at_most(170), f"alone {alone:.0f}")
 
 
 def wire(programs, say):

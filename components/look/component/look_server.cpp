@@ -439,7 +439,7 @@ void LookServer::on_parameter_event(const rcl_interfaces::msg::ParameterEvent& e
   nlohmann::json changed = nlohmann::json::array();
   for (const auto* const list : {&event.new_parameters, &event.changed_parameters}) {
     for (const auto& one : *list)
-      changed.push_back(to_json(std::string{event.node} + "." + std::string{one.name}, one.value));
+      changed.push_back(parameter_json(std::string{event.node} + "." + std::string{one.name}, one.value));
   }
   web_->post([this, changed = std::move(changed)] {
     for (auto& [id, viewer] : viewers_) {

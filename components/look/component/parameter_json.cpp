@@ -90,7 +90,7 @@ std::optional<ParameterValue> from_list(const json& list, const std::string& typ
 
 }  // namespace
 
-json to_json(const std::string& name, const ParameterValue& value) {
+json parameter_json(const std::string& name, const ParameterValue& value) {
   json made{{"name", name}};
   switch (value.type) {
     case ParameterType::PARAMETER_BOOL: made["value"] = value.bool_value; break;
@@ -116,7 +116,7 @@ json to_json(const std::string& name, const ParameterValue& value) {
   return made;
 }
 
-std::optional<ParameterValue> from_json(const json& value, const std::string& type) {
+std::optional<ParameterValue> parameter_value(const json& value, const std::string& type) {
   ParameterValue made;
   if (value.is_null()) return made;
   if (value.is_array()) return from_list(value, type);

@@ -84,7 +84,7 @@ void ParameterQuestions::get(const Shared& question, const std::string& node, co
     } else {
       // One unknown name makes the whole answer empty, as with rclcpp.
       for (std::size_t i = 0; i < names.size() && i < response->values.size(); ++i)
-        question->parameters.push_back(to_json(node + "." + names[i], response->values[i]));
+        question->parameters.push_back(parameter_json(node + "." + names[i], response->values[i]));
     }
     answered(question);
   });
@@ -94,7 +94,7 @@ void ParameterQuestions::set(const std::vector<SetParameters::One>& wishes, Mono
   const Shared question = begin(now, std::move(take));
   std::map<std::string, srv::SetParameters::Request> by_node;
   for (const SetParameters::One& wish : wishes) {
-    const auto value = from_json(wish.value, wish.type);
+    const auto value = parameter_value(wish.value, wish.type);
     const auto [node, parameter] = parameter_name(wish.name);
     if (!value) {
       question->problems.push_back(wish.name + ": is no value of a parameter");

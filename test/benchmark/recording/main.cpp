@@ -1,16 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // recording [megabytes=64] [blocks=10] [bytes=1048576] [folder=.]: a recording, in turn with a loop of write(); each ends when the disk has it.
+// recording paced=1 [seconds=10] ...: messages at 0.8 times the rate of that loop, with the recorder's usual limits; what is lost of them.
+// recording publish=1 [reader=0|1] [messages=1000]: a publisher alone, or with a recorder that is too late for each message.
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <sensor_msgs/msg/image.hpp>
+#include <std_msgs/msg/header.hpp>
 #include <string>
+#include <thread>
 
 #include "nacelle/base/time.hpp"
 #include "nacelle/io/descriptor.hpp"
+#include "nacelle/runtime/broker.hpp"
 #include "ratios/ratio.hpp"
 #include "record/component/recording.hpp"
 #include "support/arguments.hpp"
@@ -64,6 +72,54 @@ double write_plainly(const std::string& path, const Bytes& block, std::uint64_t 
   return passed;
 }
 
+/// Messages at a part of the disk's rate.
+void record_paced(const std::string& folder, const Image& image, double bytes_per_s, Duration length) {
+  const SystemClock clock;
+  auto made = Recording::begin({.folder = folder, .keep_free = 0});
+  if (!made) {
+    std::fprintf(stderr, "%s\n", made.error().text().c_str());
+    std::exit(1);
+  }
+  Recording& recording = **made;
+  const auto topic = recording.add_topic("/image", Image::message_type(), {QoS(10)});
+  const Duration step = from_seconds(static_cast<double>(image.data.size()) / bytes_per_s);
+  const MonotonicTime begin = clock.now();
+  std::uint64_t count = 0;
+  for (MonotonicTime due = begin; due < begin + length; due += step, ++count) {
+    if (const Duration wait = due - clock.now(); wait > Duration::zero()) std::this_thread::sleep_for(wait);
+    recording.look_at_time(clock.now());
+    recording.write(topic, &image, 1 + count, 1 + count);
+  }
+  const auto problem = recording.finish();
+  if (problem) std::fprintf(stderr, "%s\n", problem->text().c_str());
+  std::filesystem::remove_all(folder);
+  print_figures({{"messages", static_cast<double>(count)},
+                 {"lost", static_cast<double>(recording.topics()[topic].lost)},
+                 {"mb_per_s", bytes_per_s * 1e-6}});
+}
+
+/// As the recorder's streams: it notes that something waits.
+struct Noted final : ReadyListener {
+  void on_ready() noexcept override { queued.exchange(true); }
+  std::atomic<bool> queued{false};
+};
+
+/// What a publisher does for a recorder that takes nothing, so that each message also drops the oldest one.
+void publish(std::uint64_t messages, bool has_reader) {
+  using std_msgs::msg::Header;
+  const SystemClock clock;
+  runtime::Broker broker{clock, runtime::Watching::ByCaller};
+  const EndpointSpec spec{"/header", &Header::message_type(), QoS(10), "/publisher"};
+  const auto writer = broker.create_writer(spec);
+  Noted noted;
+  EndpointSpec reads = spec;
+  reads.qos = QoS(16).best_effort();
+  std::unique_ptr<Reader> reader;
+  if (has_reader) reader = broker.create_reader(reads, Taking::Share, &noted);
+  for (std::uint64_t i = 0; i < messages; ++i) static_cast<void>(writer->publish(*writer->borrow()));
+  print_figures({{"messages", static_cast<double>(messages)}});
+}
+
 }  // namespace
 }  // namespace nacelle::bench
 
@@ -71,12 +127,23 @@ int main(int count, char** words) {
   using namespace nacelle;
   using namespace nacelle::bench;
   const Arguments arguments(count, words);
+  if (arguments.number("publish", 0) != 0) {
+    publish(arguments.number("messages", 1000), arguments.number("reader", 0) != 0);
+    return 0;
+  }
   const std::string folder = arguments.text("folder", ".") + "/nacelle-recording-benchmark";
   const std::uint64_t size = arguments.number("bytes", 1U << 20U);
   const std::uint64_t messages = (arguments.number("megabytes", 64) << 20U) / size;
   Image image;
   image.data.resize(size);
   const Bytes block(std::size_t{1} << 20U, 0x5A);
+  if (arguments.number("paced", 0) != 0) {
+    constexpr double kPart = 0.8;
+    const double written = static_cast<double>(messages * size / block.size() * block.size());
+    const double rate = written / write_plainly(folder, block, messages * size / block.size()) * 1e9;
+    record_paced(folder, image, kPart * rate, std::chrono::seconds(arguments.number("seconds", 10)));
+    return 0;
+  }
   double mallocs = 0;
   const Ratio ratio = interleave(
       arguments.number("blocks", 10), [&] { return record_once(folder, image, messages, mallocs); },

@@ -19,10 +19,10 @@ void require(bool holds) {
 
 void look_at_parameters(const SetParameters& message) {
   for (const SetParameters::One& one : message.all) {
-    const auto value = from_json(one.value, one.type);
+    const auto value = parameter_value(one.value, one.type);
     if (!value) continue;
-    const nlohmann::json written = to_json(one.name, *value);
-    const auto again = from_json(written.value("value", nlohmann::json{}), written.value("type", ""));
+    const nlohmann::json written = parameter_json(one.name, *value);
+    const auto again = parameter_value(written.value("value", nlohmann::json{}), written.value("type", ""));
     // An empty list has no type of its own.
     require(again.has_value() && (again->type == value->type || one.value.empty()));
     static_cast<void>(parameter_name(one.name));

@@ -11,9 +11,9 @@ namespace {
 using nlohmann::json;
 
 json there_and_back(const json& value, const std::string& type = "") {
-  const auto read = from_json(value, type);
+  const auto read = parameter_value(value, type);
   EXPECT_TRUE(read) << value;
-  return read ? to_json("/n.p", *read) : json{};
+  return read ? parameter_json("/n.p", *read) : json{};
 }
 
 TEST(ParameterJson, values_of_every_type_come_back_as_they_were) {
@@ -35,20 +35,20 @@ TEST(ParameterJson, bytes_are_base64) {
                                                                                               {"foob", "Zm9vYg=="},
                                                                                               {"fooba", "Zm9vYmE="},
                                                                                               {"foobar", "Zm9vYmFy"}}) {
-    const auto read = from_json(text, "byte_array");
+    const auto read = parameter_value(text, "byte_array");
     ASSERT_TRUE(read) << text;
     EXPECT_EQ(std::string(read->byte_array_value.begin(), read->byte_array_value.end()), bytes);
-    EXPECT_EQ(to_json("p", *read)["value"], text);
+    EXPECT_EQ(parameter_json("p", *read)["value"], text);
   }
-  EXPECT_FALSE(from_json("Z", "byte_array"));
-  EXPECT_FALSE(from_json("Zg*=", "byte_array"));
-  EXPECT_FALSE(from_json(5, "byte_array"));
+  EXPECT_FALSE(parameter_value("Z", "byte_array"));
+  EXPECT_FALSE(parameter_value("Zg*=", "byte_array"));
+  EXPECT_FALSE(parameter_value(5, "byte_array"));
 }
 
 TEST(ParameterJson, other_json_is_no_value) {
   for (const json& value : {json::object(), json({1, "a"}), json({json::array()}), json({true, 1})})
-    EXPECT_FALSE(from_json(value, "")) << value;
-  EXPECT_FALSE(from_json({"a"}, "float64_array"));
+    EXPECT_FALSE(parameter_value(value, "")) << value;
+  EXPECT_FALSE(parameter_value({"a"}, "float64_array"));
 }
 
 TEST(ParameterName, is_split_at_the_first_dot) {
