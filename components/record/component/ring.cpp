@@ -126,7 +126,7 @@ void Ring::store() {
   memory_.bytes.clear();
 }
 
-void Ring::forget_kept(std::deque<Kept>::iterator which) {
+void Ring::forget_kept(const std::deque<Kept>::iterator& which) {
   kept_bytes_ -= which->file->bytes();
   kept_.erase(which);
 }

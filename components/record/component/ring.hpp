@@ -80,7 +80,7 @@ class Ring final : public MessageLog {
   [[nodiscard]] std::uint64_t stored() const { return bytes_ + kept_bytes_ + attached_bytes_; }
   void store();
   void keep(std::size_t index, const void* message, const MessageStamps& stamps, std::uint64_t chunk);
-  void forget_kept(std::deque<Kept>::iterator which);
+  void forget_kept(const std::deque<Kept>::iterator& which);
   void drop_oldest();
   [[nodiscard]] std::shared_ptr<const RingFile> add(const std::string& name, ByteView bytes);
 
