@@ -323,7 +323,7 @@ class Run {
     if (!settings_.duration && !settings_.stay) page.distance_m = course_.distance_m();
     if (!done) page.failure = done.error().text();
     if (how_ended_ != "exited with 0")
-      page.failure += (page.failure.empty() ? "" : "; ") + ("the container " + how_ended_);
+      page.failure += (page.failure.empty() ? "" : "; ") + ("container: " + how_ended_);
     return write(settings_.html_file, run_page::page_of(page));
   }
 
