@@ -88,7 +88,7 @@ void record_paced(const std::string& folder, const Image& image, double bytes_pe
   for (MonotonicTime due = begin; due < begin + length; due += step, ++count) {
     if (const Duration wait = due - clock.now(); wait > Duration::zero()) std::this_thread::sleep_for(wait);
     recording.look_at_time(clock.now());
-    recording.write(topic, &image, 1 + count, 1 + count);
+    recording.write(topic, &image, {1 + count, 1 + count});
   }
   const auto problem = recording.finish();
   if (problem) std::fprintf(stderr, "%s\n", problem->text().c_str());
@@ -109,7 +109,10 @@ void publish(std::uint64_t messages, bool has_reader) {
   using std_msgs::msg::Header;
   const SystemClock clock;
   runtime::Broker broker{clock, runtime::Watching::ByCaller};
-  const EndpointSpec spec{"/header", &Header::message_type(), QoS(10), "/publisher"};
+  EndpointSpec spec;
+  spec.topic = "/header";
+  spec.type = &Header::message_type();
+  spec.node = "/publisher";
   const auto writer = broker.create_writer(spec);
   Noted noted;
   EndpointSpec reads = spec;
