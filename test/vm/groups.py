@@ -6,8 +6,10 @@ usage: groups.py run GROUP PROGRAM --out FOLDER [--modules "MODULE[:OPTION=VALUE
        groups.py table FOLDER GROUP...
 
 A group is one GoogleTest program, one boot. With --disk it has a disk, an image that stays, and two boots (NACELLE_VM_BOOT is 1 or 2): the
-first machine is killed, as by a power loss, when the last time in its /out/recorded is five seconds after the first one. Its output and results, and the kernel's messages, are in FOLDER/GROUP afterwards. The
-exit code of `run` is 77 with a reason where there is no virtual machine. NACELLE_VM_RELEASE: whose kernel (bookworm, default, or trixie).
+first machine is killed, as by a power loss, when the last time in its /out/recorded is five seconds after the first one.
+
+Its output and results, and the kernel's messages, are in FOLDER/GROUP afterwards. The exit code of `run` is 77 with a reason where there is
+no virtual machine. NACELLE_VM_RELEASE: whose kernel (bookworm, default, or trixie).
 """
 import argparse
 import os
