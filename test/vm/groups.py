@@ -2,17 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a group of tests in a virtual machine that has the kernel's test devices, and tells what came of it.
 
-usage: groups.py run GROUP PROGRAM --out FOLDER [--modules "MODULE[:OPTION=VALUE]... ..."] [--filter PATTERN]
+usage: groups.py run GROUP PROGRAM --out FOLDER [--modules "MODULE[:OPTION=VALUE]... ..."] [--filter PATTERN] [--disk]
        groups.py table FOLDER GROUP...
 
-A group is one GoogleTest program, one boot. Its output and results, and the kernel's messages, are in FOLDER/GROUP afterwards. The
-exit code of `run` is 77 with a reason where there is no virtual machine. NACELLE_VM_RELEASE: whose kernel (bookworm, default, or trixie).
+A group is one GoogleTest program, one boot. With --disk it has a disk, an image that stays, and two boots (NACELLE_VM_BOOT is 1 or 2): the
+first machine is killed, as by a power loss, when the last time in its /out/recorded is five seconds after the first one.
+
+Its output and results, and the kernel's messages, are in FOLDER/GROUP afterwards. The exit code of `run` is 77 with a reason where there is
+no virtual machine. NACELLE_VM_RELEASE: whose kernel (bookworm, default, or trixie).
 """
 import argparse
 import os
 import platform
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -23,6 +27,8 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 SLOWNESS = 10  # how much longer than on this machine a test may wait
 LIMIT_S = 900
+DISK_MB = 256
+RECORDED_S = 5  # before the power fails
 
 
 def no_machine():
@@ -41,6 +47,30 @@ def not_built(kernel: Path, modules: str) -> list:
         there |= {Path(line).name.removesuffix(".ko").replace("-", "_") for line in builtin.read_text().split()}
     wanted = [module.split(":")[0] for module in modules.split()]
     return [name for name in wanted if name.replace("-", "_") not in there]
+
+
+def make_disk(image: Path) -> Path:
+    """An empty ext4 in a file."""
+    with image.open("wb") as file:
+        file.truncate(DISK_MB << 20)
+    environment = {**os.environ, "PATH": f"{os.environ.get('PATH', '')}:/usr/sbin:/sbin"}
+    subprocess.run(["mkfs.ext4", "-q", "-F", image], env=environment, check=True)
+    return image
+
+
+def kill_while_it_records(words: list, out: Path) -> bool:
+    """Runs a machine and kills it without a warning when it has recorded long enough. False if it ended before."""
+    machine = subprocess.Popen(words)
+    recorded = out / "recorded"
+    while machine.poll() is None:
+        times = [int(line) for line in recorded.read_text().split("\n")[:-1]] if recorded.is_file() else []
+        if times and times[-1] - times[0] >= RECORDED_S * 1_000_000_000:
+            os.kill(int((out / ".pid").read_text()), signal.SIGKILL)
+            machine.wait()
+            print(f"the first machine was killed after it had recorded {(times[-1] - times[0]) / 1e9:.1f} s")
+            return True
+        time.sleep(0.05)  # the polling period
+    return False
 
 
 def script_of(program: Path, pattern: str) -> str:
@@ -120,7 +150,15 @@ def run(wish) -> int:
     environment = [f"NACELLE_TEST_SLOWNESS={SLOWNESS}", f"NACELLE_VM_GROUP={wish.group}"]
     if "NACELLE_VM_CYCLES" in os.environ:
         environment.append(f"NACELLE_VM_CYCLES={os.environ['NACELLE_VM_CYCLES']}")
-    code = subprocess.run([*words, "--", "env", *environment, "bash", "/out/test.sh"], check=False).returncode
+    command = ["bash", "/out/test.sh"]
+    if wish.disk:
+        words += ["-d", make_disk(out / "disk.img")]
+        if not kill_while_it_records([*words, "--", "env", *environment, "NACELLE_VM_BOOT=1", *command], out):
+            print("the first machine ended by itself")
+        environment.append("NACELLE_VM_BOOT=2")
+    code = subprocess.run([*words, "--", "env", *environment, *command], check=False).returncode
+    if code == 0:
+        (out / "disk.img").unlink(missing_ok=True)
     (out / "seconds.txt").write_text(f"{time.monotonic() - begin:.0f}\n")
     said = out / "output.txt"
     print(said.read_text(errors="replace") if said.is_file() else "the program did not start")
@@ -144,6 +182,7 @@ def main() -> int:
     running.add_argument("--out", type=Path, required=True)
     running.add_argument("--modules", default="")
     running.add_argument("--filter", default=os.environ.get("NACELLE_VM_FILTER", ""))
+    running.add_argument("--disk", action="store_true")
     showing = verbs.add_parser("table")
     showing.add_argument("folder", type=Path)
     showing.add_argument("groups", nargs="+")

@@ -5,21 +5,23 @@
 # in memory, so that programs run where they were built.
 #
 # usage: vmrun.sh -k KERNEL [-r ROOT] [-s FOLDER]... [-m "MODULE[:OPTION=VALUE]... ..."] [-p CPU] [-c CPUS] [-M MB] [-t SECONDS]
-#                 [-o FOLDER] [-i] [-v] -- COMMAND [ARGS]
+#                 [-o FOLDER] [-d IMAGE] [-i] [-v] -- COMMAND [ARGS]
 #   -k  what .ci/kernel printed              -r  the root: what .ci/sysroot printed, or / (default)
 #   -s  a folder that has the same path in the machine; what is written there is lost
 #   -m  modules to load first                -o  a folder that is /out in the machine, and is written to
 #   -p  QEMU's name of the processor: max (amd64's default), cortex-a72 (a Pi 4, arm64's default), cortex-a76 (a Pi 5, pages of 16 KiB)
+#   -d  a disk: the machine's /dev/vda, if virtio_blk is among the modules
 #   -i  starts the root's systemd first, and the command as a service of it
 #   -v  shows the kernel's messages
+# With -o, FOLDER/.pid holds the number of QEMU's process while it runs.
 # Exit code: the command's; 124: not ready within SECONDS (default 300); 125: the machine ended before the command.
 set -euo pipefail
 die() { printf '%s\n' "vmrun.sh: $1" >&2; exit 2; }
-kernel="" root=/ modules="" cpu="" cpus=2 memory=2048 limit=300 out="" init=false shares=() quiet="quiet loglevel=3"
-while getopts k:r:s:m:p:c:M:t:o:iv option; do
+kernel="" root=/ modules="" cpu="" cpus=2 memory=2048 limit=300 out="" disk="" init=false shares=() quiet="quiet loglevel=3"
+while getopts k:r:s:m:p:c:M:t:o:d:iv option; do
   case $option in
     k) kernel=$OPTARG ;; r) root=$OPTARG ;; s) shares+=("$(realpath "$OPTARG")") ;; m) modules=$OPTARG ;; p) cpu=$OPTARG ;;
-    c) cpus=$OPTARG ;; M) memory=$OPTARG ;; t) limit=$OPTARG ;; o) out=$OPTARG ;; i) init=true ;; v) quiet="loglevel=7" ;;
+    c) cpus=$OPTARG ;; M) memory=$OPTARG ;; t) limit=$OPTARG ;; o) out=$OPTARG ;; d) disk=$OPTARG ;; i) init=true ;; v) quiet="loglevel=7" ;;
     *) exit 2 ;;
   esac
 done
@@ -38,7 +40,7 @@ trap 'rm -rf "$temporary"' EXIT
 out=${out:-$temporary/out}
 mkdir -p "$out"
 out=$(realpath "$out")
-rm -f "$out/.status" "$out/.vmrun.service"
+rm -f "$out/.status" "$out/.pid" "$out/.vmrun.service"
 if $init; then
   cat >"$out/.vmrun.service" <<'TEXT'
 [Service]
@@ -77,7 +79,8 @@ share() {  # NAME FOLDER [OPTION]
   machine+=(-fsdev "local,id=$1,path=$2,security_model=none,multidevs=remap${3:+,$3}" -device "virtio-9p-pci,fsdev=$1,mount_tag=$1")
 }
 machine+=(-accel "tcg,thread=multi" -m "$memory" -smp "$cpus" -nodefaults -nographic -no-reboot -serial stdio
-  -device virtio-rng-pci -initrd "$kernel/initrd.cpio" -append "console=$console panic=-1 $quiet")
+  -pidfile "$out/.pid" -device virtio-rng-pci -initrd "$kernel/initrd.cpio" -append "console=$console panic=-1 $quiet")
+if [[ -n $disk ]]; then machine+=(-drive "file=$disk,format=raw,if=none,id=disk" -device "virtio-blk-pci,drive=disk"); fi
 share root "$root" readonly=on
 share out "$out"
 share modules "$(echo "$kernel"/lib/modules/*)" readonly=on
