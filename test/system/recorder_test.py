@@ -233,8 +233,11 @@ class PlayAlone(RobotTest):
                                     preexec_fn=lambda: fcntl.ioctl(terminal, termios.TIOCSCTTY, 0))  # fmt: skip
         os.close(terminal)
         try:
-            while "space pauses" not in player.stdout.readline():
-                pass
+            words = ""
+            while "space pauses" not in words:
+                said = player.stdout.readline()
+                self.assertTrue(said, f"it has ended: {words}")
+                words += said
             os.write(keys, b" ")
             wait_for("it pauses", lambda: asked("is_paused", "IsPaused")["paused"])
             os.write(keys, b"x\x1b[C\x1b[A")

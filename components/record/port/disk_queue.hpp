@@ -65,7 +65,7 @@ class DiskQueue {
   std::optional<Problem> problem_ NACELLE_GUARDED_BY(mutex_);
   std::atomic<std::uint64_t> free_bytes_;
   std::shared_ptr<FileSink> unsynced_;  // the thread's own
-  MonotonicTime sync_at_{};
+  MonotonicTime sync_at_{}, synced_{};
   const SystemClock clock_;
   std::thread thread_;  // last: it starts when everything above is there
 };
