@@ -41,6 +41,7 @@ bool enter_own_memory(const std::string& size) {
 
 /// Returns false if the kernel does not let this user have a /dev/shm of its own.
 bool run_in(const std::string& size, const std::function<void()>& part) {
+  static_cast<void>(runtime::TestContainer::program());
   const int code = test::run_in_child([&] {
     if (!enter_own_memory(size)) ::_exit(kNotAllowed);
     part();

@@ -296,7 +296,8 @@ TEST_F(ReplayTest, says_what_cannot_be_played) {
   auto messages = record::OrderedMessages::open({&recorded});
   ASSERT_TRUE(messages);
   MemoryFile out;
-  Replay replay{**messages, {}, {}, out, {{}, [](const auto&) -> const msgs::MessageType* { return nullptr; }}};
+  const launch::Plan nothing;  // the replay keeps a reference
+  Replay replay{**messages, nothing, {}, out, {{}, [](const auto&) -> const msgs::MessageType* { return nullptr; }}};
   ASSERT_TRUE(replay.bring_up());
   EXPECT_EQ(replay.refused(), (std::vector<std::string>{"/heard: its type std_msgs/msg/String is not installed"}));
 }
