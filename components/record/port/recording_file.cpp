@@ -68,7 +68,8 @@ bool FileSink::write(ByteView bytes) {
 }
 
 bool FileSink::sync() {
-  if (::fdatasync(file_.number()) == 0) return true;
+  // A pipe has nothing to sync, and says so.
+  if (::fdatasync(file_.number()) == 0 || errno == EINVAL) return true;
   error_ = errno;
   return false;
 }
