@@ -13,7 +13,7 @@ import termios
 import time
 import unittest
 
-from robot import LAUNCH_FILE, SLOW, RobotTest, RunningRobotTest, interrupt, wait_for
+from robot import LAUNCH_FILE, SLOW, RobotTest, RunningRobotTest, interrupt, of_words, wait_for
 
 RECORDER = """
     - pkg: nacelle_record
@@ -221,6 +221,7 @@ class PlayAlone(RobotTest):
         self.assertIn("messages were published", played.stdout)
         self.assertEqual(self.run_program("component", "list").returncode, 3, "no container is left")
 
+    @of_words
     def test_on_a_terminal_keys_pause_step_and_change_the_rate(self):
         def asked(service, kind):
             return json.loads(self.expect_exit(self.run_program("service", "call", f"/rosbag2_player/{service}", f"rosbag2_interfaces/srv/{kind}", "--json"), 0).stdout)["response"]
