@@ -44,7 +44,7 @@ class Page(RunningRobotTest):
         page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
         page.open(self.links[right])
         wait_for("the connection", lambda: page.run("window.nacelle?.robot.right ?? ''") == right)
-        wait_for("the services", lambda: page.run("window.nacelle.robot.container") != "")  # they are told after the greeting
+        wait_for("the services", lambda: page.run("window.nacelle.robot.container") != "")  # they come after the greeting
         return page
 
     def report(self, page, panel):

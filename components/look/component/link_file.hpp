@@ -19,7 +19,7 @@ class LinkFile {
   /// Returns where it is for this node: in the folder that systemd gives a service, in the user's own under /run, or in
   /// /tmp/nacelle-USER.
   [[nodiscard]] static std::string path_for(const std::string& node);
-  /// Writes it for the owner alone, in a folder of a service for its group as well. Errors: the folder belongs to somebody else, others may
+  /// Writes it for the owner alone, in a folder of a service for its group as well. Errors: the folder belongs to another user, others may
   /// write to it, or it cannot be written to.
   [[nodiscard]] static Result<LinkFile, Problem> write(const std::string& path, const std::string& text);
   LinkFile(LinkFile&& other) noexcept : path_(std::exchange(other.path_, {})) {}

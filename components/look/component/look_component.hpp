@@ -13,7 +13,7 @@ namespace nacelle::look {
 
 /// Shows its container in a browser, in Foxglove and in Lichtblick, as long as it is active.
 ///
-/// The links, with the tokens that let somebody in, are in the file of the parameter `link_file`: `nacelle look` prints them.
+/// The links, with their access tokens, are in the file of the parameter `link_file`: `nacelle look` prints them.
 /// Threads: the component's executor for what viewers ask of the robot; the server has a thread of its own.
 class LookComponent final : public LifecycleNode {
  public:

@@ -27,7 +27,7 @@ namespace nacelle::look {
 
 /// Speaks the Foxglove WebSocket protocol with viewers, on a thread of its own at low priority.
 ///
-/// What happens in the container is watched only while somebody looks. Threads: construct and destroy on the component's executor.
+/// The server watches the container only while a viewer is connected. Threads: construct and destroy on the component's executor.
 class LookServer final : private WebHandler {
  public:
   struct Options {

@@ -20,7 +20,7 @@
 
 namespace nacelle::look {
 
-/// The topics of a container as channels of the Foxglove protocol. A topic is read only while somebody is subscribed to it, and a message
+/// The topics of a container as channels of the Foxglove protocol. A topic is read only while a viewer subscribes to it, and a message
 /// is encoded once for all of them.
 ///
 /// Beside each topic with raw pictures there is a channel with small JPEG pictures of them, "TOPIC/look".

@@ -289,7 +289,7 @@ void WebServer::post(std::function<void()> work) {
   {
     const LockGuard lock{mutex_};
     posts_.push_back(std::move(work));
-    if (posts_.size() > 1) return;  // the server is told already
+    if (posts_.size() > 1) return;  // the server is awake already
   }
   lws_cancel_service(context_);
 }

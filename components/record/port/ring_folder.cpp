@@ -79,7 +79,7 @@ RingFile::RingFile(std::shared_ptr<RingFolder> folder, std::string path, std::ui
 RingFile::~RingFile() { ::unlink(path_.c_str()); }
 
 Result<std::shared_ptr<RingFolder>, Problem> RingFolder::make(const std::string& base, const std::string& name) {
-  // Under another name until it is locked: nobody takes it for what a killed process left.
+  // Under another name until it is locked, so that no process takes it for what a killed one left.
   std::string made = base + "/." + kPrefix + "XXXXXX";
   if (::mkdtemp(made.data()) == nullptr) return err(problem_of(base, errno, "cannot hold a ring"));
   const std::string path = fmt::format("{}/{}{}.{}", base, kPrefix, name, made.substr(made.size() - kRandomLetters));

@@ -132,7 +132,7 @@ void add_look_command(Command& root) {
   command.option("--container", wish->whom.container, "of several containers, this one").value("NAME");
   command.flag("--json", wish->as_json, "print the links as JSON, and return");
   command.note(
-      "If it runs already, its links are printed. Whoever has a link gets in: the first one lets people change the "
+      "If it runs already, its links are printed. The link is the key: the first one lets people change the "
       "robot, "
       "the second one lets them look and set the emergency stop. A launch file starts it as "
       "nacelle::look::LookComponent.");

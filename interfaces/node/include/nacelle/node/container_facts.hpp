@@ -32,7 +32,7 @@ class ContainerFacts {
   const std::string name;                ///< In full: "/robot".
   std::atomic<std::uint64_t> faults{0};  ///< How many faults and open faults its components have had.
 
-  /// Returns the files of the launch, and the nodes' parameters as they are now; nothing where nobody says.
+  /// Returns the files of the launch, and the nodes' parameters as they are now; nothing if the program offers no texts.
   [[nodiscard]] std::vector<RunText> run_texts() const {
     auto read = read_texts_.lock();
     return *read ? (*read)() : std::vector<RunText>{};
