@@ -183,8 +183,8 @@ void LookServer::tell_graph() {
   streams_->add_to(graph);
   services_->add_to(graph);
   for (auto& [id, viewer] : viewers_) {
-    if (!viewer->graph || *viewer->graph == graph) continue;
-    say(id, *viewer, connection_graph_update(*viewer->graph, graph));
+    if (!viewer->watches_graph || viewer->graph == graph) continue;
+    say(id, *viewer, connection_graph_update(viewer->graph, graph));
     viewer->graph = graph;
   }
 }
@@ -454,8 +454,8 @@ void LookServer::on_parameter_event(const rcl_interfaces::msg::ParameterEvent& e
 }
 
 void LookServer::take(ViewerId, Viewer& viewer, const WatchGraph& message) {
-  viewer.graph.reset();
-  if (message.on) viewer.graph.emplace();
+  viewer.watches_graph = message.on;
+  viewer.graph = {};
   graph_changed_ = true;
 }
 

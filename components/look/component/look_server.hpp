@@ -58,7 +58,8 @@ class LookServer final : private WebHandler {
     std::map<std::uint32_t, std::uint32_t> subscriptions;          // the viewer's number -> channel
     std::set<std::pair<std::uint32_t, std::uint32_t>> by_channel;  // the same, the other way round
     std::map<std::uint32_t, Out> publications;
-    std::optional<ConnectionGraph> graph;  // what it knows; not set: it does not watch
+    ConnectionGraph graph;  // what it knows
+    bool watches_graph = false;
     bool watches_all_parameters = false;
     std::set<std::string> watched_parameters;
     std::size_t calls = 0;            // that have no answer yet
