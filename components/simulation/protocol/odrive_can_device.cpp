@@ -14,7 +14,7 @@ template <typename T>
 void push(Bytes& data, T value) {
   std::array<std::uint8_t, sizeof value> raw{};
   std::memcpy(raw.data(), &value, sizeof value);
-  data.insert(data.end(), raw.begin(), raw.end());
+  for (const std::uint8_t byte : raw) data.push_back(byte);
 }
 // Signals behind the end of a short frame read as zero: the firmware's receive buffer begins cleared.
 template <typename T>
