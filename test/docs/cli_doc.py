@@ -357,7 +357,8 @@ ELSEWHERE = {
     "service logs --follow --component /lidar": Example("service logs --component /lidar", exit_codes=(0, 1)),
     # Asked over the network; the robot is in domain 0 here, and has no keystore (test/system/security_test.py has).
     "launch launch/robot.launch.yaml network:=export":
-        Example("launch launch/robot.launch.yaml network:=export sim_dir:=shown-sim namespace:=shown --name shown", ends=6, until=IS_UP, network=True),
+        Example("launch launch/robot.launch.yaml network:=export sim_dir:=shown-sim namespace:=shown --name shown",
+                ends=6, until=IS_UP, network=True),
     "topic echo /scan --remote": Example("topic echo /scan --remote", ends=4, network=True),
     "param get /ekf frequency --remote --domain 7": Example("param get /ekf frequency --remote", network=True),
     "topic hz /odom --remote --network local": Example("topic hz /odom --remote --network local", ends=4, network=True),
