@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Format, clang-tidy and the house rules. Called by ./dev lint, which has installed and built what this needs.
 
-usage: ./dev lint [--all] [--fix] [--since COMMIT] [--minutes N]
+usage: ./dev lint [--all] [--fix] [--since COMMIT] [--minutes N] [--processor-minutes N]
 
 Looks at the files that differ from the branch this one will be merged into (origin/main) or are not committed; with --all at
-every file; with --since at what changed after COMMIT. --fix lets clang-format write the files. --minutes bounds clang-tidy,
-the slow part: it begins with the newest files (with --all: another part each day), and says how many it did not come to.
+every file; with --since at what changed after COMMIT. --fix lets clang-format write the files. --minutes bounds clang-tidy, the slow
+part, --processor-minutes does so where other work may take the processors: it begins with the newest files (with --all: another part
+each day), and says how many it did not come to.
 """
 import argparse
 import concurrent.futures
@@ -14,6 +15,7 @@ import json
 import os
 import random
 import re
+import resource
 import subprocess
 import sys
 import time
@@ -22,8 +24,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 TREES = ("interfaces/", "qos_profiles/", "components/", "containers/", "launch/", "test/")
-# What clang has no use for: a launcher before the compiler, and options of g++ only.
-FOREIGN_WORDS = re.compile(r"^(\S*env\s+(\w+=\S+\s+)*)?\S*ccache\s+|\s(-fno-gnu-unique|--param=ggc-\S+)")
+# What clang has no use for: a launcher before the compiler, precompiled headers, and options of g++ only.
+FOREIGN_WORDS = re.compile(r"^(\S*env\s+(\w+=\S+\s+)*)?\S*ccache\s+|\s(-fno-gnu-unique|--param=ggc-\S+|-include \S+/cmake_pch\.hxx)")
 
 
 def git(*arguments):
@@ -83,7 +85,13 @@ def entries_per_source(entry):
     return [{**entry, "file": source, "command": entry["command"].replace(entry["file"], source)} for source in sources]
 
 
-def check_tidy(files, build, minutes, every):
+def processor_seconds():
+    """Of all programs that were called and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def check_tidy(files, build, minutes, processor_minutes, every):
     database = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
     commands = {}
     for entry in (each for one in database for each in entries_per_source(one)):
@@ -99,9 +107,10 @@ def check_tidy(files, build, minutes, every):
         random.Random(date.today().isoformat()).shuffle(units)  # of all files, another part each day
     print(f"clang-tidy: {len(units)} files", flush=True)
     end = time.monotonic() + 60 * minutes if minutes else float("inf")
+    most = processor_seconds() + 60 * processor_minutes if processor_minutes else float("inf")
 
     def read(unit):
-        if time.monotonic() > end:
+        if time.monotonic() > end or processor_seconds() > most:
             return None
         # Not the generated headers, which lie in folders of the same names below build/.
         ours = f"--header-filter=^{re.escape(str(ROOT))}/({'|'.join(tree.rstrip('/') for tree in TREES)})/"
@@ -120,7 +129,7 @@ def check_tidy(files, build, minutes, every):
             elif number % 10 == 0:
                 print(f"  {number} of {len(units)}", flush=True)
     if unread:
-        print(f"clang-tidy: {unread} of {len(units)} files were not read: the {minutes} minutes were over")
+        print(f"clang-tidy: {unread} of {len(units)} files were not read: the {minutes or processor_minutes} minutes were over")
     return good
 
 
@@ -131,13 +140,14 @@ def main():
     parser.add_argument("--fix", action="store_true", help="let clang-format write the files")
     parser.add_argument("--since", default=os.environ.get("NACELLE_LINT_SINCE", ""), help="what changed after this commit")
     parser.add_argument("--minutes", type=float, default=0, help="begin no further file of clang-tidy after this time")
+    parser.add_argument("--processor-minutes", type=float, default=0, help="begin none after so much time of processors")
     options = parser.parse_args()
 
     files = [name for name in (every_file() if options.all else changed_files(options.since)) if is_ours(name)]
     print(f"lint: {len(files)} C++ files{'' if options.all else ' that changed'}", flush=True)
     results = {
         "format": check_format(files, options.fix),
-        "clang-tidy": check_tidy(files, options.build, options.minutes, options.all),
+        "clang-tidy": check_tidy(files, options.build, options.minutes, options.processor_minutes, options.all),
     }
     for check in ("floors", "tree"):
         command = ["/usr/bin/python3", "-B", str(ROOT / f"test/policy/check_{check}.py")]

@@ -33,6 +33,7 @@ DOCUMENT = ROOT / "docs" / "cli.md"
 # outside_doc.py runs packages_outside_the_tree.md.
 PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(set((ROOT / "docs").glob("*.md")) - {ROOT / "docs" / "packages_outside_the_tree.md"}))
 LONGEST_LINE, MOST_LINES = 150, 24
+IS_UP = " active in "  # of a launch
 
 
 @dataclasses.dataclass
@@ -43,6 +44,7 @@ class Example:
     first: tuple = ()  # lines before it in the same block: what it needs
     then: tuple = ()  # lines that follow in the same block: what puts it back, or what later examples need
     ends: float | None = None  # Ctrl-C after so many seconds; None: it ends by itself
+    until: str = ""  # Ctrl-C before, as soon as it prints this
     keys: str | None = None  # typed on a terminal, one each tenth of a second; then Ctrl-C
     stdin: str = ""
     exit_codes: tuple = (0,)
@@ -56,7 +58,7 @@ class Example:
 # what stands in front of options and names. A command that this program does not have is left out, so that the table may run ahead
 # of it.
 EXAMPLES = (
-    Example("launch launch/robot.launch.yaml sim_dir:=second-sim namespace:=second --name second -v", ends=4, lines=14),
+    Example("launch launch/robot.launch.yaml sim_dir:=second-sim namespace:=second --name second -v", ends=4, until=IS_UP, lines=14),
     Example("container --name empty -v", ends=1),
     Example("drive --for 3 --seed 1 --report-html drive.html"),
     Example("component list"),
@@ -243,10 +245,18 @@ class Robot(RunningRobotTest):
         # robot is not up yet, and waits longer.
         for patience_s in (example.ends, 4 * example.ends, 16 * example.ends):
             program = self.start_program(*shlex.split(example.line, comments=True), cwd=self.home)
-            timer = threading.Timer(patience_s, program.send_signal, [signal.SIGINT])
-            timer.start()
-            said, _ = program.communicate(timeout=patience_s + 60 * SLOW)
-            timer.cancel()
+            timers = (threading.Timer(patience_s, program.send_signal, [signal.SIGINT]), threading.Timer(patience_s + 60 * SLOW, program.kill))
+            for timer in timers:
+                timer.start()
+            said = ""
+            while line := program.stdout.readline():
+                said += line
+                if example.until and example.until in line:
+                    program.send_signal(signal.SIGINT)
+            program.wait()
+            program.stdout.close()
+            for timer in timers:
+                timer.cancel()
             if "bring-up: interrupted by SIGINT" not in said:
                 break
         self.assertIn(program.returncode, example.exit_codes, said)
@@ -320,9 +330,9 @@ ELSEWHERE = {
     "launch launch/robot.launch.yaml lidar_port:=/dev/ttyUSB1": Example("check launch/robot.launch.yaml lidar_port:=/dev/ttyUSB1"),
     # No gamepad is here: the robot waits for one.
     "launch launch/teleop.launch.yaml":
-        Example("launch launch/teleop.launch.yaml sim_dir:=stick-sim namespace:=stick --name stick", ends=6),
+        Example("launch launch/teleop.launch.yaml sim_dir:=stick-sim namespace:=stick --name stick", ends=6, until=IS_UP),
     "launch launch/teleop.launch.yaml joy_name:=8BitDo Pro 2":
-        Example("launch launch/teleop.launch.yaml joy_name:='8BitDo Pro 2' sim_dir:=pad-sim namespace:=pad --name pad", ends=6),
+        Example("launch launch/teleop.launch.yaml joy_name:='8BitDo Pro 2' sim_dir:=pad-sim namespace:=pad --name pad", ends=6, until=IS_UP),
     "topic hz /scan": Example("topic hz /scan", ends=3),
     "teleop": Example("teleop", keys="k"),
     # A drive of half a minute is in test/system/run_test.py.
@@ -331,11 +341,12 @@ ELSEWHERE = {
     "topic echo /blocked": Example("topic echo /blocked", ends=3, prints="data: "),
     # A second robot is put apart from the one that runs.
     "launch launch/robot.launch.yaml --resume":
-        Example("launch launch/robot.launch.yaml --resume sim_dir:=resumed-sim namespace:=resumed --name resumed", ends=6),
+        Example("launch launch/robot.launch.yaml --resume sim_dir:=resumed-sim namespace:=resumed --name resumed", ends=6, until=IS_UP),
     "container --name lab": Example("container --name lab", ends=2),
     "container --name lab --resume": Example("container --name lab --resume", ends=2),
     "launch launch/robot.launch.yaml sim:=true network:=local --report report.json":
-        Example("launch launch/robot.launch.yaml sim_dir:=local-sim namespace:=local network:=local --report report.json --name local", ends=6),
+        Example("launch launch/robot.launch.yaml sim_dir:=local-sim namespace:=local network:=local --report report.json --name local",
+                ends=6, until=IS_UP),
     # The robot here has no such node; that of test/system/controllers_test.py has.
     "service call /controller_manager/switch_controller controller_manager_msgs/srv/SwitchController "
     "{activate_controllers: [diff_drive_controller], strictness: 2}":
@@ -346,7 +357,8 @@ ELSEWHERE = {
     "service logs --follow --component /lidar": Example("service logs --component /lidar", exit_codes=(0, 1)),
     # Asked over the network; the robot is in domain 0 here, and has no keystore (test/system/security_test.py has).
     "launch launch/robot.launch.yaml network:=export":
-        Example("launch launch/robot.launch.yaml network:=export sim_dir:=shown-sim namespace:=shown --name shown", ends=6, network=True),
+        Example("launch launch/robot.launch.yaml network:=export sim_dir:=shown-sim namespace:=shown --name shown",
+                ends=6, until=IS_UP, network=True),
     "topic echo /scan --remote": Example("topic echo /scan --remote", ends=4, network=True),
     "param get /ekf frequency --remote --domain 7": Example("param get /ekf frequency --remote", network=True),
     "topic hz /odom --remote --network local": Example("topic hz /odom --remote --network local", ends=4, network=True),

@@ -31,19 +31,20 @@ class BlackBoxTest : public TemporaryFolder {
                                                                  {"storage.ring", std::int64_t{60}},
                                                                  {"storage.ring_size", std::int64_t{1'000'000}}});
   }
-  std::string value(const std::string& key) {
+  /// Returns the values of the next report; one comes each second.
+  std::map<std::string, std::string> values() {
     const auto report = reports_.next();
-    for (const auto& one : report.status.front().values) {
-      if (one.key == key) return one.value;
-    }
-    ADD_FAILURE() << "no " << key;
-    return {};
+    std::map<std::string, std::string> all;
+    for (const auto& one : report.status.front().values) all[one.key] = one.value;
+    return all;
   }
+  std::string value(const std::string& key) { return values().at(key); }
   /// Returns the last snapshot's folder as soon as there are so many.
   std::string wait_for_snapshots(const std::string& count) {
-    for (int left = 30; left > 0 && value("snapshots") != count;) --left;
-    EXPECT_EQ(value("snapshots"), count);
-    return value("snapshot");
+    auto all = values();
+    for (int left = 30; left > 0 && all.at("snapshots") != count; --left) all = values();
+    EXPECT_EQ(all.at("snapshots"), count);
+    return all.at("snapshot");
   }
   /// The number of messages of each topic, and why it was written.
   std::map<std::string, std::uint64_t> recorded(const std::string& folder, std::string& reason) {
@@ -131,8 +132,9 @@ TEST_F(BlackBoxTest, first_writes_what_a_killed_process_left) {
   ASSERT_EQ(status, 0);
   start();
   std::string reason;
-  EXPECT_EQ(recorded(wait_for_snapshots("1"), reason).at("/a"), 1U);
-  EXPECT_EQ(value("snapshot"), path("bag_crashed"));
+  const auto folder = wait_for_snapshots("1");
+  EXPECT_EQ(recorded(folder, reason).at("/a"), 1U);
+  EXPECT_EQ(folder, path("bag_crashed"));
   EXPECT_EQ(reason, "what a killed process left");
   EXPECT_TRUE(RingFolder::left_behind("/dev/shm", name).empty()) << "it is gone from the memory";
 }
@@ -146,8 +148,9 @@ TEST_F(BlackBoxTest, a_snapshot_that_cannot_be_written_is_a_fault) {
   runtime::FaultEvent fault{.node = "/other", .code = "SERIAL_LOST", .text = "unplugged"};
   fault.is_open_fault = true;
   container_.container().tell_open_fault(fault);
-  for (int left = 30; left > 0 && value("snapshot problem").empty();) --left;
-  EXPECT_NE(value("snapshot problem").find("cannot be made"), std::string::npos);
+  std::string problem;
+  for (int left = 30; left > 0 && problem.empty(); --left) problem = value("snapshot problem");
+  EXPECT_NE(problem.find("cannot be made"), std::string::npos);
   const auto found = container_.container().find(std::to_string(recorder.id));
   ASSERT_TRUE(found);
   ASSERT_EQ(found->open_faults.size(), 1U);
