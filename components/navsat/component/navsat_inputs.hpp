@@ -30,26 +30,29 @@ struct NavsatStats {
   std::uint64_t without_antenna{};     ///< Published without the antenna's place on the base, which tf does not know.
 };
 
+struct HeldFix {
+  CheckedFix value{};
+  WallTime stamp{};
+  std::string frame;
+};
+
+struct HeldPose {
+  RigidTransform X_WB{};
+  Eigen::Matrix3d position_covariance_m2 = Eigen::Matrix3d::Zero();
+  WallTime stamp{};
+  std::string world_frame, base_frame;
+};
+
+struct HeldHeading {
+  Eigen::Quaterniond R_ES = Eigen::Quaterniond::Identity();  ///< Of the sensor, without correction.
+  std::string frame;
+};
+
 /// The newest usable message of each input.
 ///
 /// Threads: the component's executor. Allocates: nothing, once it has met the frames' names.
 class NavsatInputs {
  public:
-  struct Fix {
-    CheckedFix value{};
-    WallTime stamp{};
-    std::string frame;
-  };
-  struct Pose {
-    RigidTransform X_WB{};
-    Eigen::Matrix3d position_covariance_m2 = Eigen::Matrix3d::Zero();
-    WallTime stamp{};
-    std::string world_frame, base_frame;
-  };
-  struct Heading {
-    Eigen::Quaterniond R_ES = Eigen::Quaterniond::Identity();  ///< Of the sensor, without correction.
-    std::string frame;
-  };
   using Taken = Result<void, Refusal>;
 
   explicit NavsatInputs(const FixRules& rules) : rules_(rules) {}
@@ -58,9 +61,9 @@ class NavsatInputs {
   Taken take(const nav_msgs::msg::Odometry& message);
   Taken take(const sensor_msgs::msg::Imu& message);
 
-  [[nodiscard]] const std::optional<Fix>& fix() const { return fix_; }
-  [[nodiscard]] const std::optional<Pose>& pose() const { return pose_; }
-  [[nodiscard]] const std::optional<Heading>& heading() const { return heading_; }
+  [[nodiscard]] const std::optional<HeldFix>& fix() const { return fix_; }
+  [[nodiscard]] const std::optional<HeldPose>& pose() const { return pose_; }
+  [[nodiscard]] const std::optional<HeldHeading>& heading() const { return heading_; }
   /// Whether they are newer than the last call of use_fix() and use_pose().
   [[nodiscard]] bool has_new_fix() const { return fix_is_new_; }
   [[nodiscard]] bool has_new_pose() const { return pose_is_new_; }
@@ -80,9 +83,9 @@ class NavsatInputs {
   static Taken refuse(InputCounters& counters, Refusal cause);
 
   FixRules rules_;
-  std::optional<Fix> fix_;
-  std::optional<Pose> pose_;
-  std::optional<Heading> heading_;
+  std::optional<HeldFix> fix_;
+  std::optional<HeldPose> pose_;
+  std::optional<HeldHeading> heading_;
   bool fix_is_new_ = false, pose_is_new_ = false;
 };
 

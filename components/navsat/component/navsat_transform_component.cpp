@@ -78,11 +78,12 @@ NavsatTransformComponent::NavsatTransformComponent(const NodeOptions& options)
   odometry_ = create_subscription<nav_msgs::msg::Odometry>(
       "odometry/filtered", SensorDataQoS(QoS(1)),
       [this](const nav_msgs::msg::Odometry& message) { static_cast<void>(inputs_.take(message)); });
-  if (options_.needs_imu()) {
-    imu_ = create_subscription<sensor_msgs::msg::Imu>(
-        "imu", SensorDataQoS(QoS(1)),
-        [this](const sensor_msgs::msg::Imu& message) { static_cast<void>(inputs_.take(message)); });
-  }
+  // Always, so that a remap of it fits whatever the parameters say.
+  imu_ = create_subscription<sensor_msgs::msg::Imu>("imu", SensorDataQoS(QoS(1)),
+                                                    [this](const sensor_msgs::msg::Imu& message) {
+                                                      if (options_.needs_imu())
+                                                        static_cast<void>(inputs_.take(message));
+                                                    });
   make_services();
 }
 
@@ -182,8 +183,7 @@ std::string NavsatTransformComponent::align_with_fix() {
   if (!inputs_.fix()) return fmt::format("a fix on {}", fixes_->get_topic_name());
   Eigen::Quaterniond R_EB = pose.X_WB.rotation;
   if (!options_.use_odometry_yaw) {
-    if (!inputs_.heading())
-      return fmt::format("an orientation on {}", imu_ ? imu_->get_topic_name() : std::string("imu"));
+    if (!inputs_.heading()) return fmt::format("an orientation on {}", imu_->get_topic_name());
     const auto& heading = *inputs_.heading();
     R_EB = heading.R_ES;
     if (!heading.frame.empty() && heading.frame != pose.base_frame) {

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <random>
 
+#include "support/allocation_guard.hpp"
+
 namespace nacelle::navsat {
 namespace {
 
@@ -165,6 +167,19 @@ TEST(GeoProjection, a_zone_is_read_from_grid_references) {
   EXPECT_EQ(read_utm_zone("Z"), (UtmZone{0, true})) << "around the north pole";
   for (const char* const text : {"", "31", "U31", "61U", "0U", "31I", "INV", "31UXX", "31u\n", "north"})
     EXPECT_FALSE(read_utm_zone(text)) << text;
+}
+
+TEST(GeoProjection, takes_nothing_from_the_heap_per_point) {
+  const GeoPoint datum{50.0, 9.0, 100.0};
+  for (const auto& projection : {GeoProjection::utm(datum), GeoProjection::local(datum)}) {
+    const test::AllocationGuard guard;
+    for (int i = 0; i < 100; ++i) {
+      const auto p = projection->forward({50.0 + 1e-5 * i, 9.0, 100.0});
+      EXPECT_TRUE(projection->reverse(*p));
+      EXPECT_FALSE(projection->is_in_another_zone({50.0, 9.0, 0.0}));
+    }
+    EXPECT_EQ(guard.count(), 0U);
+  }
 }
 
 TEST(GeoProjection, refuses_what_is_no_place_and_what_it_does_not_reach) {
