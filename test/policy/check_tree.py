@@ -22,7 +22,7 @@ SPDX_ENDINGS = (".cpp", ".hpp", ".h", ".cc", ".py", ".sh", ".cmake", ".em", ".hp
 ROSDEP_KEYS = {
     "eigen": "libeigen3-dev", "fmt": "libfmt-dev", "spdlog": "libspdlog-dev", "nlohmann-json-dev": "nlohmann-json3-dev",
     "yaml-cpp": "libyaml-cpp-dev", "tinyxml2": "libtinyxml2-dev", "cli11": "libcli11-dev", "libjpeg": "libjpeg-dev",
-    "gtest": "libgtest-dev", "google-mock": "libgmock-dev",
+    "gtest": "libgtest-dev", "google-mock": "libgmock-dev", "geographiclib": "libgeographiclib-dev",
 }  # fmt: skip
 TEXT_LIMIT = 1_000_000  # bytes; larger files are data
 

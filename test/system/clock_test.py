@@ -177,6 +177,11 @@ class JumpingSimTime(Listening):
     - {pkg: nacelle_imu_filter, plugin: nacelle::imu_filter::MadgwickFilterComponent, name: imu_filter, remap: [{from: imu/data, to: imu/filtered}]}
     - {pkg: nacelle_joy, plugin: nacelle::joy::JoyComponent, name: joy_node, param: [{name: device_name, value: nobody's}]}
     - {pkg: nacelle_gps, plugin: nacelle::gps::GpsComponent, name: gps, param: [{name: port, value: /dev/no_receiver}, {name: frame_id, value: base_link}]}
+    - pkg: nacelle_navsat
+      plugin: nacelle::navsat::NavsatTransformComponent
+      name: navsat_transform
+      param: [{name: use_odometry_yaw, value: true}]
+      remap: [{from: gps/fix, to: fix}]
     - {pkg: nacelle_range, plugin: nacelle::range::HcSr04Component, name: range, param: [{name: gpio_chip, value: /dev/no_chip}, {name: frame_id, value: base_link}]}
     - {pkg: nacelle_battery, plugin: nacelle::battery::Ina219Component, name: battery, param: [{name: port, value: /dev/no_i2c}]}
     - {pkg: nacelle_image_proc, plugin: nacelle::image_proc::DebayerComponent, name: debayer, remap: [{from: image_raw, to: camera/image_raw}]}

@@ -6,6 +6,9 @@ namespace {
 
 double square(double value) { return value * value; }
 
+/// A receiver with one decimal says 0.0 of centimetres: that is no estimate.
+bool is_estimate(const std::optional<double>& stddev_m) { return stddev_m && *stddev_m > 0.0; }
+
 }  // namespace
 
 void ErrorModel::add(const Gst& gst, MonotonicTime now) {
@@ -24,8 +27,8 @@ void ErrorModel::restart() {
 }
 
 ErrorModel::Variances ErrorModel::of(const Gga& gga, MonotonicTime now) const {
-  const bool has_gst =
-      gst_ && now - gst_at_ <= kFresh && gst_->latitude_stddev_m && gst_->longitude_stddev_m && gst_->altitude_stddev_m;
+  const bool has_gst = gst_ && now - gst_at_ <= kFresh && is_estimate(gst_->latitude_stddev_m) &&
+                       is_estimate(gst_->longitude_stddev_m) && is_estimate(gst_->altitude_stddev_m);
   if (has_gst) {
     return {square(*gst_->longitude_stddev_m), square(*gst_->latitude_stddev_m), square(*gst_->altitude_stddev_m),
             Source::Receiver};

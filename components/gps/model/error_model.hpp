@@ -16,7 +16,7 @@ inline constexpr std::array<double, 10> kDefaultErrors_m{1e6, 4.0, 1.0, 1e6, 0.0
 
 /// Tells how far a fix may be from the truth.
 ///
-/// The receiver's own estimate (GST) counts, if it is no older than three seconds; otherwise HDOP times the error of the fix's quality.
+/// The receiver's own estimate (GST) counts, if it is no older than three seconds and not 0; otherwise HDOP times the error of the fix's quality.
 /// The height's error is VDOP (GSA) times that, or four times the horizontal one, as in nmea_navsat_driver.
 /// Threads: one. Allocates: nothing.
 class ErrorModel {

@@ -11,6 +11,7 @@
 #include "nacelle/io/pty_pair.hpp"
 #include "simulation/component/end_signals.hpp"
 #include "simulation/model/ld_lidar.hpp"
+#include "simulation/model/nmea_gps.hpp"
 #include "simulation/model/paced_line.hpp"
 #include "simulation/model/rplidar.hpp"
 #include "simulation/model/ydlidar.hpp"
@@ -28,6 +29,7 @@ struct LdModel {
 };
 constexpr std::array kLdModels{LdModel{"ld06", 230400, 4500.0}, LdModel{"ld19", 230400, 4500.0},
                                LdModel{"stl19p", 230400, 5000.0}, LdModel{"stl27l", 921600, 21600.0}};
+constexpr const char* kNmeaGps = "nmea_gps";
 constexpr std::array kRplidars{"rplidar_a1", "rplidar_a2", "rplidar_a3", "rplidar_c1", "rplidar_s1", "rplidar_s2"};
 constexpr std::array kYdlidars{"ydlidar_x2", "ydlidar_x4", "ydlidar_g2", "ydlidar_g4", "ydlidar_g6"};
 
@@ -38,10 +40,12 @@ std::vector<std::string> device_names() {
   for (const LdModel& model : kLdModels) names.emplace_back(model.name);
   names.insert(names.end(), kRplidars.begin(), kRplidars.end());
   names.insert(names.end(), kYdlidars.begin(), kYdlidars.end());
+  names.emplace_back(kNmeaGps);
   return names;
 }
 
 std::unique_ptr<SerialDevice> make_device(const std::string& name, std::uint64_t seed) {
+  if (name == kNmeaGps) return std::make_unique<NmeaGps>(seed);
   const Room room = Room::with_two_boxes();
   for (const LdModel& model : kLdModels) {
     if (name != model.name) continue;

@@ -200,7 +200,8 @@ class Runner {
             pollfd{control, POLLIN, 0},
             pollfd{lines_.device_end(Device::Lidar), POLLIN, 0},
             pollfd{lines_.device_end(Device::Imu), POLLIN, 0},
-            pollfd{lines_.device_end(Device::Base), POLLIN, 0}};
+            pollfd{lines_.device_end(Device::Base), POLLIN, 0},
+            pollfd{lines_.device_end(Device::Gps), POLLIN, 0}};
   }
 
   [[nodiscard]] WorldReport report() const {

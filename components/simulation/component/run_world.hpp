@@ -8,13 +8,13 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
-#include "simulation/model/world_settings.hpp"
+#include "simulation/model/world_model.hpp"
 
 namespace nacelle::simulation {
 
 /// Where and how a world runs.
 struct WorldOptions {
-  std::string directory;     ///< Gets lidar, imu and base (links to ptys), truth, control and ready. Made if missing.
+  std::string directory;  ///< Gets lidar, imu, base and gps (links to ptys), truth, control and ready. Made if missing.
   WorldSettings settings{};  ///< Seed, robot, errors.
   /// The kernel ends this process when the thread that started it dies (PR_SET_PDEATHSIG). A terminal's Ctrl-C is
   /// left to that parent: it reaches every process of the terminal, and the robot's world must outlive the robot's
@@ -35,11 +35,11 @@ struct WorldReport {
   double seconds{};
   std::uint64_t late_steps{};     ///< Steps that were made up for after a delay of the machine.
   std::uint64_t skipped_steps{};  ///< Given up because the machine stood still for longer; the world's clock jumped.
-  std::array<Line, 3> lines{};    ///< In the order of Device: lidar, imu, base.
+  std::array<Line, kDevices.size()> lines{};  ///< In the order of Device.
 };
 
 /// Disconnects a device of a running world, or reconnects it: the line hangs up and its link disappears, or both are
-/// made again. `device`: "lidar", "imu" or "base". The device itself keeps running, like one with a battery. Returns
+/// made again. `device`: "lidar", "imu", "base" or "gps". The device itself keeps running, like one with a battery. Returns
 /// when the world has the request; it acts within milliseconds.
 /// Errors: a Problem that names the directory or the device.
 [[nodiscard]] Result<void, Problem> plug_device(const std::string& directory, const std::string& device, bool in);

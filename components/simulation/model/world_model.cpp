@@ -11,7 +11,8 @@ WorldModel::WorldModel(const WorldSettings& settings)
       drive_(settings, room_),
       board_(settings.robot),
       lidar_(settings, room_),
-      imu_(settings) {}
+      imu_(settings),
+      gps_(settings) {}
 
 void WorldModel::receive(Device device, ByteView bytes) {
   if (device == Device::Imu) imu_registers_.feed(bytes, to_seconds(now_));
@@ -52,6 +53,9 @@ void WorldModel::advance() {
   } else {
     next_imu_sample_ = now_ + kStep;
   }
+
+  for (; next_fix_ <= now_; next_fix_ += gps_.period())
+    line(Device::Gps).send(next_fix_, as_bytes(print_nmea_burst(gps_.measure(after, drive_.speed_mps(), next_fix_))));
 
   // Serial.println() of the firmware waits for the line: a feedback of some 180 bytes takes 16 ms at 115200 baud, so
   // lines come at about 60 Hz, not at the loop's 100 Hz.

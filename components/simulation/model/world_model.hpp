@@ -4,6 +4,7 @@
 #include <array>
 #include <string_view>
 
+#include "simulation/model/gps_model.hpp"
 #include "simulation/model/motor_board.hpp"
 #include "simulation/model/paced_line.hpp"
 #include "simulation/model/sensor_models.hpp"
@@ -11,11 +12,11 @@
 namespace nacelle::simulation {
 
 /// The devices of the robot, each on a line of its own.
-enum class Device : std::uint8_t { Lidar, Imu, Base };
-inline constexpr std::array kDevices{Device::Lidar, Device::Imu, Device::Base};
-/// "lidar", "imu", "base": the names of the links.
+enum class Device : std::uint8_t { Lidar, Imu, Base, Gps };
+inline constexpr std::array kDevices{Device::Lidar, Device::Imu, Device::Base, Device::Gps};
+/// "lidar", "imu", "base", "gps": the names of the links.
 [[nodiscard]] constexpr std::string_view name_of(Device device) {
-  return device == Device::Lidar ? "lidar" : device == Device::Imu ? "imu" : "base";
+  return std::array<std::string_view, kDevices.size()>{"lidar", "imu", "base", "gps"}[static_cast<std::size_t>(device)];
 }
 
 /// The robot in its room, with its devices: bytes in, bytes out; times are arguments.
@@ -28,7 +29,7 @@ class WorldModel {
   WorldModel(const WorldModel&) = delete;  // its parts know each other by address
   WorldModel& operator=(const WorldModel&) = delete;
 
-  /// Bytes that the host wrote to a device. The LiDAR has no receive line.
+  /// Bytes that the host wrote to a device. LiDAR and GPS have no receive line.
   void receive(Device device, ByteView bytes);
 
   /// Moves the world on by one step and calls `deliver(Device, ByteView)` with what its lines carried in it.
@@ -47,7 +48,7 @@ class WorldModel {
   [[nodiscard]] const WorldSettings& settings() const { return settings_; }
 
   static constexpr Duration kStep = 1ms;
-  static constexpr unsigned kLidarBaud = 230400, kImuBaud = 115200, kBaseBaud = 115200;
+  static constexpr unsigned kLidarBaud = 230400, kImuBaud = 115200, kBaseBaud = 115200, kGpsBaud = 38400;
 
  private:
   void advance();
@@ -63,9 +64,12 @@ class WorldModel {
   ImuModel imu_;
   Wt901Registers imu_registers_;
   UgvLineReader base_reader_;
-  std::array<PacedLine, 3> lines_{PacedLine{kLidarBaud}, PacedLine{kImuBaud}, PacedLine{kBaseBaud}};
+  GpsModel gps_;
+  std::array<PacedLine, kDevices.size()> lines_{PacedLine{kLidarBaud}, PacedLine{kImuBaud}, PacedLine{kBaseBaud},
+                                                PacedLine{kGpsBaud}};
   Duration now_{};
   Duration next_imu_sample_{};
+  Duration next_fix_{};
   Duration last_feedback_{};
 };
 

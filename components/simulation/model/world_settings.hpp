@@ -31,11 +31,22 @@ struct WorldErrors {
   double heading_error_deg = 1.0;  ///< Amplitude of the magnetic heading's error over one turn; drawn once per seed.
 };
 
+/// The GPS receiver of the robot, and the place of the world on the Earth: its origin, x to the east, y to the north.
+struct WorldGps {
+  double latitude_deg = 49.8728, longitude_deg = 8.6512;
+  double above_geoid_m = 144.0, geoid_m = 47.6;
+  double rate_hz = 5.0;
+  double error_m = 1.0;  ///< Of each position at HDOP 1, rms in each direction. 0.1 and less: a receiver with RTK.
+  double hdop = 0.9, vdop = 1.4;
+  double antenna_x_m = -0.1, antenna_y_m = 0.0, antenna_z_m = 0.15;  ///< On the base.
+};
+
 /// All settings of a world.
 struct WorldSettings {
   std::uint64_t seed = 1;
   RobotNominal robot{};
   WorldErrors errors{};
+  WorldGps gps{};
 };
 
 }  // namespace nacelle::simulation

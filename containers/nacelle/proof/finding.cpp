@@ -20,6 +20,7 @@ const char* code_text(Rule rule) {
     case Rule::UnknownParameter: return "parameter.unknown";
     case Rule::UnusedSection: return "parameter.unused_section";
     case Rule::WheelsDiffer: return "parameter.wheels_differ";
+    case Rule::NoHeading: return "stream.no_heading";
     case Rule::DeviceTwice: return "device.opened_twice";
     case Rule::TopicTypes: return "type.of_topic";
     case Rule::ServiceTypes: return "type.of_service";

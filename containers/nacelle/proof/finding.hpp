@@ -26,6 +26,7 @@ enum class Rule : std::uint8_t {
   UnknownParameter,  ///< The node declares no parameter of this name.
   UnusedSection,     ///< A parameter file's section for a node that does not exist.
   WheelsDiffer,      ///< Base and odometry have different values or joints for the same wheels.
+  NoHeading,         ///< A transform of GPS fixes gets no heading, and has no datum.
   DeviceTwice,       ///< Two components open the same device.
   TopicTypes,        ///< Endpoints of a topic have different types.
   ServiceTypes,      ///< Client and server of a service have different types.

@@ -111,6 +111,7 @@ std::vector<Finding> prove(const launch::Plan& plan, const loading::ProgramPlace
   check_budgets(evidence);
   check_devices(evidence);
   check_wheels(evidence);
+  check_headings(evidence);
   check_frames(evidence);
   check_order(evidence);
   return std::move(evidence.findings);

@@ -51,6 +51,8 @@ void check_exports(Evidence& evidence);
 // hardware.cpp
 void check_devices(Evidence& evidence);
 void check_wheels(Evidence& evidence);
+// headings.cpp
+void check_headings(Evidence& evidence);
 // order.cpp
 void check_order(Evidence& evidence);
 // frames.cpp

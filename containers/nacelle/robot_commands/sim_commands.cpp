@@ -135,12 +135,16 @@ int show_truth(const std::string& asked) {
 void add_sim_commands(Command& root) {
   auto wish = std::make_shared<WorldWish>();
   Command& group = root.add("sim", "the simulated robot");
-  Command& world =
-      group.add("world", "run the simulated world until Ctrl-C; its devices appear in a folder as lidar, imu and base");
+  Command& world = group.add(
+      "world", "run the simulated world until Ctrl-C; its devices appear in a folder as lidar, imu, base and gps");
   world.option("--dir", wish->options.directory, "folder for the device links; created if missing")
       .required()
       .names_a(Names::File);
   world.option("--seed", wish->options.settings.seed, "seed of the world's random numbers").with_default();
+  world
+      .option("--gps-error", wish->options.settings.gps.error_m,
+              "standard deviation of the GPS's positions at HDOP 1, in m; 0.1 and less: RTK")
+      .with_default();
   world.option("--parent", wish->options.parent_pid, "end when this process ends").hidden();
   world.flag("-v,--verbose", wish->verbose, "print a summary at the end");
   world.runs([wish] {
@@ -175,7 +179,7 @@ void add_sim_commands(Command& root) {
   for (const bool in : {false, true}) {
     Command& command =
         with_folder(in ? "plug" : "unplug", in ? "reconnect a device" : "disconnect a device of the running world");
-    command.option("device", *device, "lidar, imu or base").required().one_of({"lidar", "imu", "base"});
+    command.option("device", *device, "lidar, imu, base or gps").required().one_of({"lidar", "imu", "base", "gps"});
     command.runs([folder, device, in] { return plug(*folder, *device, in); });
   }
   with_folder("truth", "print the simulated robot's true pose and its motor board's last command as JSON")

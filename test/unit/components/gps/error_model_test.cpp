@@ -45,6 +45,14 @@ TEST(ErrorModel, prefers_the_receivers_own_estimate_while_it_is_fresh) {
   EXPECT_EQ(errors.of(fix(1, 1.0), kNow).source, ErrorModel::Source::Dilution);
 }
 
+TEST(ErrorModel, does_not_believe_an_estimate_that_was_rounded_to_nothing) {
+  ErrorModel errors;
+  errors.add(Gst{.latitude_stddev_m = 0.0, .longitude_stddev_m = 0.1, .altitude_stddev_m = 0.1}, kNow);
+  const auto rtk = errors.of(fix(4, 1.0), kNow);
+  EXPECT_EQ(rtk.source, ErrorModel::Source::Dilution);
+  EXPECT_DOUBLE_EQ(rtk.north_m2, 0.02 * 0.02);
+}
+
 TEST(ErrorModel, knows_nothing_without_hdop_and_estimate) {
   ErrorModel errors;
   errors.add(Gst{.latitude_stddev_m = 2.0}, kNow);

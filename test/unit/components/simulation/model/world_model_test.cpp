@@ -11,7 +11,7 @@
 namespace nacelle::simulation {
 namespace {
 
-using AllBytes = std::array<Bytes, 3>;
+using AllBytes = std::array<Bytes, kDevices.size()>;
 
 void run(WorldModel& world, Duration length, AllBytes& bytes) {
   for (const Duration end = world.now() + length; world.now() < end;) {

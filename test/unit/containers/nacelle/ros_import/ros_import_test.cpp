@@ -288,12 +288,12 @@ TEST(DriverTable, reports_each_mistake_with_its_line) {
   }
 }
 
-TEST(RosImport, navsat_is_no_filter) {
-  const Imported result =
-      imported("navsat_transform: {ros__parameters: {frequency: 30.0, delay: 3.0, yaw_offset: 1.57}}");
-  EXPECT_EQ(result.yaml(), "");
-  EXPECT_THAT(note_of(result, "frequency"), HasSubstr("doubted: "));
-  EXPECT_THAT(note_of(result, "yaw_offset"), HasSubstr("Nacelle has no navsat_transform"));
+TEST(RosImport, navsat_transform_keeps_its_parameters) {
+  const Imported result = imported(
+      "navsat_transform: {ros__parameters: {frequency: 30.0, delay: 3.0, yaw_offset: 1.57, datum: [55.9, -3.1, 0.0]}}");
+  EXPECT_THAT(result.yaml(), HasSubstr("navsat_transform:"));
+  EXPECT_THAT(result.yaml(), HasSubstr("yaw_offset: 1.57"));
+  EXPECT_THAT(note_of(result, "frequency"), HasSubstr("kept: "));
 }
 
 TEST(RosImport, what_only_an_unscented_filter_has_is_said_to_be_its) {
