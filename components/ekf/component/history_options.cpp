@@ -4,12 +4,35 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <vector>
 
 namespace nacelle::ekf {
 namespace {
 
 // An hour: more is a mistake in the unit.
 constexpr double kLongest_s = 3600.0;
+
+// What goes together badly.
+std::vector<Problem> doubts_of(const Node& node) {
+  const bool smooths = node.get<bool>("smooth_lagged_data");
+  const double length_s = node.get<double>("history_length");
+  std::vector<Problem> doubts;
+  if (smooths && length_s == 0.0)
+    doubts.push_back({Place::of_parameter("smooth_lagged_data"),
+                      "smooth_lagged_data is true and history_length is 0: no late measurement is fused",
+                      "give history_length the largest delay of an input, s"});
+  if (!smooths && length_s != 0.0)
+    doubts.push_back({Place::of_parameter("history_length"),
+                      fmt::format("history_length is {} s, but smooth_lagged_data is false: late measurements are not "
+                                  "put into their place",
+                                  length_s),
+                      "set smooth_lagged_data: true, or leave history_length out"});
+  if (node.get<bool>("reset_on_time_jump") && !node.get<bool>("use_sim_time"))
+    doubts.push_back({Place::of_parameter("reset_on_time_jump"),
+                      "reset_on_time_jump is true without use_sim_time: it has no effect",
+                      "leave it out; a clock of the machine that is set back does not move the estimate"});
+  return doubts;
+}
 
 }  // namespace
 
@@ -38,26 +61,12 @@ Result<void, Problem> read_history(const Node& node, EkfOptions& options) {
                        fmt::format("give seconds, 0 to {}", kLongest_s)});
   }
   if (node.get<bool>("smooth_lagged_data")) options.filter.history = from_seconds(length_s);
+  for (const Problem& doubt : doubts_of(node)) options.notes.push_back(doubt.what + "; " + doubt.way_out);
   return {};
 }
 
 void declare_history_warnings(const Node& node) {
-  const bool smooths = node.get<bool>("smooth_lagged_data");
-  const double length_s = node.get<double>("history_length");
-  if (smooths && length_s == 0.0)
-    node.declare_warning({Place::of_parameter("smooth_lagged_data"),
-                          "smooth_lagged_data is true and history_length is 0: no late measurement is fused",
-                          "give history_length the largest delay of an input, s"});
-  if (!smooths && length_s != 0.0)
-    node.declare_warning({Place::of_parameter("history_length"),
-                          fmt::format("history_length is {} s, but smooth_lagged_data is false: late measurements are "
-                                      "not put into their place",
-                                      length_s),
-                          "set smooth_lagged_data: true, or leave history_length out"});
-  if (node.get<bool>("reset_on_time_jump") && !node.get<bool>("use_sim_time"))
-    node.declare_warning({Place::of_parameter("reset_on_time_jump"),
-                          "reset_on_time_jump is true without use_sim_time: it has no effect",
-                          "leave it out; a clock of the machine that is set back does not move the estimate"});
+  for (const Problem& doubt : doubts_of(node)) node.declare_warning(doubt);
 }
 
 }  // namespace nacelle::ekf

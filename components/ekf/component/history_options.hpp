@@ -12,7 +12,7 @@ namespace nacelle::ekf {
 void declare_history_parameters(Node& node);
 /// After the inputs were read. Errors: the parameter, its value and what would be right.
 [[nodiscard]] Result<void, Problem> read_history(const Node& node, EkfOptions& options);
-/// What `nacelle check` says of values that go together badly.
+/// What `nacelle check` says of values that go together badly; read_history() puts it into the notes.
 void declare_history_warnings(const Node& node);
 
 }  // namespace nacelle::ekf

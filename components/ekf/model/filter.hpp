@@ -162,7 +162,8 @@ class Filter {
   MeasurementQueue queue_;
   std::optional<History> history_;
   ReplayStats replays_;
-  std::int64_t replay_budget_{0};  // instructions that are left for it in this step
+  std::int64_t replay_budget_{0};   // instructions that are left for it in this step
+  std::int64_t replay_surplus_{0};  // what the next step has more of it
   std::vector<Part> parts_;
   WallTime stamp_{};
   WallTime proven_{};  // the newest stamp that the filter has stood at; newer than stamp_ only after going back

@@ -42,7 +42,7 @@ void Filter::begin_history() {
 }
 
 void Filter::begin_replays() {
-  replay_budget_ = options_.replay_instructions;
+  replay_budget_ = options_.replay_instructions + std::exchange(replay_surplus_, 0);
   // Before it is needed, and not in the middle of a pass.
   if (4 * history_->kept() > 3 * history_->places()) static_cast<void>(history_->make_place());
 }
@@ -62,7 +62,7 @@ void Filter::take_in_order(const Measurement& measurement) {
   }
   history_->append(measurement, {command_, command_stamp_}, state());
   // A pass has to be faster than what comes.
-  if (history_->pending()) replay_budget_ += cost_of(measurement);
+  if (history_->pending()) replay_surplus_ += cost_of(measurement);
 }
 
 void Filter::insert_late(const Measurement& measurement) {
@@ -116,7 +116,6 @@ void Filter::replay() {
     ended = anew = true;
     ++replays_.passes;
   }
-  replays_.continued += history_->pending() ? 1U : 0U;
   if (ended) {
     restore(history_->newest());
     corrected_ = true;
@@ -141,6 +140,7 @@ void Filter::end_replays() {
     restore(live);
   }
   history_->trim(stamp_);
+  replays_.continued += history_->pending() ? 1U : 0U;
 }
 
 void Filter::drop_pending(Rejection cause) {
