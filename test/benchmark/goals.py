@@ -298,6 +298,19 @@ def lidar(programs, say):
     yield row("M16", "packets lost on an undisturbed line", run["lost"], "", exactly(0))
 
 
+def late(programs, say):
+    say("instructions of the EKF's going back")
+    back = programs.run("filter", messages=3000, late_ms=350, runs=1)
+    steps = programs.instructions("filter", few=1000, many=3000, late_ms=350, runs=1) - programs.instructions("filter", few=1000, many=3000, runs=1)
+    yield row("M10", "a measurement taken again", steps * 3000 / back["replayed"], "Ir", None, f"{back['replayed'] / back['passes']:.0f} for a pose that is 0.35 s late")
+    yield row("M10", "mallocs of a minute with late poses", back["mallocs"], "", exactly(0))
+    for words, what in (({"late_ms": 350}, "poses 0.35 s late"), ({"burst": 1}, "poses of 2 s at once"),
+                        ({"burst": 1, "gyro_hz": 1000}, "poses of 2 s at once, a gyro of 1 kHz")):  # fmt: skip
+        say(f"the EKF's steps with {what}")
+        plain, run = (programs.run("filter", messages=2000, smooths=smooths, **words) for smooths in (0, 1))
+        yield row("M10", f"longest step more than without a history, {what}", run["longest_us"] - plain["longest_us"], "us", at_most(1000), f"a mean of {run['mean_us']:.0f} us; {run['continued']:.0f} passes over several steps")
+
+
 def recording(programs, say):
     for place, folder, megabytes in (("the disk", ".", 64), ("memory", "/dev/shm", 64)):
         for size, what in ((1 << 20, "1 MiB"), (1000, "1 kB")):
@@ -340,6 +353,7 @@ BENCHMARKS = {
     "m7-m13-between-processes": between,
     "m8-saturation": saturation,
     "m9-control-loop": control_loop,
+    "m10-late": late,
     "m14-wire": wire,
     "m15-camera": camera,
     "m16-lidar": lidar,

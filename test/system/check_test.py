@@ -135,6 +135,14 @@ class Check(RobotTest):
             ("warning", "stream", "/ekf reads '/odom' (nav_msgs/msg/Odometry), which no component publishes", "fine if another container does, or if it is not needed")])  # fmt: skip
         self.assertEqual([f for f in self.found(head + f"    - {base}\n") if f[1] == "stream"], [], "commands come from people and programs")
 
+    def test_warns_about_a_history_that_is_not_used(self):
+        switches = "[" + ", ".join(["true"] * 6 + ["false"] * 9) + "]"
+        ekf = ("launch:\n- node_container:\n    name: c\n    namespace: ''\n    composable_node:\n"
+               "    - {pkg: nacelle_ekf, plugin: 'nacelle::ekf::EkfComponent', name: ekf, param: [{name: pose0, value: /pose}, "
+               f"{{name: pose0_config, value: {switches}}}, {{name: history_length, value: 1.0}}]}}\n")  # fmt: skip
+        found = [(f[0], f[3]) for f in self.found(ekf) if f[1] == "parameter"]
+        self.assertEqual(found, [("warning", "set smooth_lagged_data: true, or leave history_length out")])
+
     def test_a_topic_that_a_component_publishes_is_no_slip_for_one_that_it_reads(self):
         relay = "    - {pkg: nacelle_test_relay, plugin: 'nacelle::test::Relay', name: relay}\n"
         head = "launch:\n- node_container:\n    name: c\n    namespace: ''\n    composable_node:\n"

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "ekf/component/ekf_parameters.hpp"
+#include "ekf/component/history_options.hpp"
 #include "nacelle/qos/presets.hpp"
 
 namespace nacelle::ekf {
@@ -46,6 +47,7 @@ EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", op
                      fmt::format("give {}_config 15 booleans (x y z, roll pitch yaw, vx vy vz, vroll vpitch vyaw, "
                                  "ax ay az), or leave the input out",
                                  input)});
+  declare_history_warnings(*this);
   buffer_ =
       shared_object<spatial::TransformBuffer>(spatial::kTransformBufferName, &spatial::make_shared_transform_buffer);
   skews_ = shared_object<ClockSkews>(kClockSkewsName, &make_clock_skews);
@@ -156,6 +158,8 @@ CallbackReturn EkfComponent::on_configure(const State&) {
   enabled_ = !options_->disabled_at_startup;
   follows_sim_time_ = get<bool>("use_sim_time");
   told_disabled_ = told_command_frame_ = false;
+  time_resets_ = 0;
+  if (const History* const history = filter_->history()) get_logger().info("{}", in_words(*history));
   timer_ = create_timer(from_seconds(1.0 / options_->frequency_hz), [this] { tick(); });
   return CallbackReturn::SUCCESS;
 }
@@ -164,6 +168,7 @@ CallbackReturn EkfComponent::on_activate(const State&) {
   for (const auto& input : inputs_) input->begin();
   filter_->resume();
   watch_.emplace(inputs_, *filter_, skews_);
+  late_watch_.emplace(inputs_, *filter_);
   next_look_ = steady_clock().now() + kLookPeriod;
   return CallbackReturn::SUCCESS;
 }
@@ -171,6 +176,7 @@ CallbackReturn EkfComponent::on_activate(const State&) {
 CallbackReturn EkfComponent::on_cleanup(const State&) {
   timer_.reset();
   watch_.reset();
+  late_watch_.reset();
   inputs_.clear();
   filter_.reset();
   options_.reset();
@@ -196,16 +202,19 @@ void EkfComponent::tick() {
   const MonotonicTime monotonic = steady_clock().now();
   // Simulated time may run at any rate: real time says nothing about it.
   filter_->step(time, follows_sim_time_ ? MonotonicTime{} : monotonic);
+  if (filter_->time_resets() != std::exchange(time_resets_, filter_->time_resets())) after_time_reset();
   if (const auto output = filter_->output(time)) publish(*output);
   if (monotonic < next_look_) return;
   next_look_ = monotonic + kLookPeriod;
   watch_->look(inputs_, *filter_, get_logger());
+  late_watch_->look(inputs_, *filter_, get_logger());
   if (!diagnostics_) return;
   auto message = diagnostics_->borrow();
   if (!message) return;
   message->header.stamp = time;
   message->header.frame_id.clear();
   write_diagnostics(inputs_, *filter_, get_name(), *message);
+  write_history_diagnostics(*filter_, get_name(), *message);
   diagnostics_->publish(std::move(message));
 }
 
@@ -319,7 +328,13 @@ void EkfComponent::enable() {
   enabled_ = true;
   for (const auto& input : inputs_) input->begin();
   if (watch_) watch_.emplace(inputs_, *filter_, skews_);
+  if (late_watch_) late_watch_.emplace(inputs_, *filter_);
   get_logger().info("enabled");
+}
+
+void EkfComponent::after_time_reset() {
+  for (const auto& input : inputs_) input->forget();
+  get_logger().warn("the time jumped back: reset to the initial state (reset_on_time_jump)");
 }
 
 void EkfComponent::reset() {

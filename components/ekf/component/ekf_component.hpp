@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -16,6 +17,7 @@
 #include <tf2_msgs/msg/tf_message.hpp>
 #include "ekf/component/ekf_options.hpp"
 #include "ekf/component/input.hpp"
+#include "ekf/component/late_report.hpp"
 #include "ekf/component/report.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
 #include "nacelle/spatial/transform_buffer.hpp"
@@ -50,6 +52,7 @@ class EkfComponent final : public LifecycleNode {
   void publish_acceleration(const Filter::Output& output);
   void set_pose(const geometry_msgs::msg::PoseWithCovarianceStamped& message);
   void reset();
+  void after_time_reset();
   void enable();
   void listen_to_commands(bool stamped);
   void command(const geometry_msgs::msg::Twist& twist, WallTime stamp);
@@ -58,6 +61,7 @@ class EkfComponent final : public LifecycleNode {
   std::optional<Filter> filter_;
   std::vector<std::unique_ptr<Input>> inputs_;
   std::optional<Watch> watch_;
+  std::optional<LateWatch> late_watch_;
   spatial::TransformBufferPtr buffer_;
   std::shared_ptr<const ClockSkews> skews_;
   std::vector<std::shared_ptr<SubscriptionBase>> subscriptions_;
@@ -72,6 +76,7 @@ class EkfComponent final : public LifecycleNode {
   std::shared_ptr<Timer> timer_;
   std::unique_ptr<FrameClaim> claim_;
   MonotonicTime next_look_{};
+  std::uint64_t time_resets_{0};  // of the filter, as seen last
   bool enabled_{true};
   bool follows_sim_time_{false};
   bool told_disabled_{false};

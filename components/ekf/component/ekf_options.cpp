@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "ekf/component/ekf_parameters.hpp"
+#include "ekf/component/history_options.hpp"
 #include "ekf/model/covariance_parameter.hpp"
 #include "nacelle/node/frame_name.hpp"
 
@@ -212,9 +213,8 @@ Result<void, Problem> read_control(const Node& node, EkfOptions& options) {
 
 Result<EkfOptions, Problem> read_ekf_parameters(const Node& node) {
   EkfOptions options;
-  for (const char* name : {"smooth_lagged_data", "permit_corrected_publication", "reset_on_time_jump", "debug"}) {
-    if (node.get<bool>(name)) return err(wrong(name, "is true, which this filter does not serve", "set it to false"));
-  }
+  if (node.get<bool>("debug"))
+    return err(wrong("debug", "is true, which this filter does not serve", "set it to false"));
   options.frequency_hz = node.get<double>("frequency");
   if (!(options.frequency_hz > 0.0) || options.frequency_hz > 10000.0) {
     return err(
@@ -248,6 +248,7 @@ Result<EkfOptions, Problem> read_ekf_parameters(const Node& node) {
     options.inputs.push_back(std::move(input).value());
   }
   if (const auto read = read_control(node, options); !read) return err(read.error());
+  if (const auto read = read_history(node, options); !read) return err(read.error());
   return options;
 }
 

@@ -8,6 +8,7 @@
 #include <cctype>
 #include <limits>
 
+#include "ekf/component/history_options.hpp"
 #include "nacelle/node/frame_name.hpp"
 
 namespace nacelle::ekf {
@@ -167,11 +168,9 @@ void declare_ekf_parameters(Node& node) {
                          say("15 numbers (diagonal), 225, or 36 (pose block)."));
   node.declare_parameter("initial_state", std::vector<double>{}, say("15 numbers; zeros unless set."));
   // Parameters of robot_localization. Only the default is supported; another value is refused at configure.
-  for (const char* name : {"smooth_lagged_data", "permit_corrected_publication", "reset_on_time_jump", "debug"}) {
-    node.declare_parameter(name, false, say("Must be false; true is not supported."));
-  }
-  node.declare_parameter("history_length", 0.0, say("Not used without smooth_lagged_data."));
+  node.declare_parameter("debug", false, say("Must be false; true is not supported."));
   node.declare_parameter("debug_out_file", "", say("Not used."));
+  declare_history_parameters(node);
   node.declare_parameter("use_control", false, say("Predict with the velocity that cmd_vel commands."));
   node.declare_parameter(
       "stamped_control", false,

@@ -43,6 +43,10 @@ std::string in_words(Rejection cause, const Input& input, const PartStats& stats
     case Rejection::NoStamp: return "its stamps are zero; its driver has to stamp what it measures";
     case Rejection::Absent: return "the messages say that they do not carry it (covariance[0] is -1)";
     case Rejection::First: return "it only starts the difference";
+    case Rejection::BeforeHistory:
+      return fmt::format("its stamps are {:.3f} s behind the filter, more than history_length",
+                         to_seconds(stats.late_by)) +
+             skew;
   }
   return "?";
 }

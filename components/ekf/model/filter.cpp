@@ -20,13 +20,17 @@ constexpr Duration kClockStep = 1s;
 }  // namespace
 
 Filter::Filter(const FilterOptions& options)
-    : options_(options), belief_(options.initial), queue_(options.queue_limit), parts_(options.parts) {
+    : options_(options),
+      belief_(options.initial),
+      queue_(options.queue_limit, options.history ? Ties::ByPart : Ties::ByArrival),
+      parts_(options.parts) {
   slack_ = slack_of_rates();
   // Zeros on the diagonal are semidefinite: believed, but not to the last digit.
   if (!is_positive_definite(options_.initial.covariance)) {
     for (int i = 0; i < kStates; ++i) options_.initial.covariance(i, i) += kSmallestVariance;
     belief_ = options_.initial;
   }
+  begin_history();
 }
 
 Measurement* Filter::admit(std::uint16_t part, WallTime stamp, WallTime now) {
@@ -40,6 +44,10 @@ Measurement* Filter::admit(std::uint16_t part, WallTime stamp, WallTime now) {
   if (stamp > now + slack_) return refuse(Rejection::Future);
   if (last_set_pose_ != WallTime{} && stamp <= last_set_pose_) return refuse(Rejection::BeforeSetPose);
   if (p.seen && stamp < p.newest) return refuse(Rejection::Stale);
+  if (history_ && !history_->holds(stamp)) {
+    p.stats.late_by = stamp_ - stamp;
+    return refuse(Rejection::BeforeHistory);
+  }
   if (queue_.full() && !make_place(p, stamp, now)) return nullptr;
   Measurement& place = queue_.reserve();
   place.part = part;
@@ -107,8 +115,12 @@ void Filter::settle(Measurement& place, const Prepared& prepared) {
 }
 
 void Filter::fuse_oldest() {
-  --parts_[queue_.oldest().part].stats.waiting;
-  process(queue_.oldest());
+  if (history_) {
+    take_in_order(queue_.oldest());
+  } else {
+    --parts_[queue_.oldest().part].stats.waiting;
+    process(queue_.oldest(), Pass::First);
+  }
   queue_.pop_oldest();
 }
 
@@ -118,10 +130,17 @@ void Filter::step(WallTime now, MonotonicTime beat) {
   // Room for twice of what came, so that a late step needs none.
   queue_.make_places(2 * std::exchange(most_waiting_, 0));
   if (initialised_ && now < stamp_ - kClockStep) follow_clock_back(now);
-  bool fused_any = std::exchange(fused_early_, false);
+  if (history_) begin_replays();
+  const bool fused_early = std::exchange(fused_early_, false);
+  bool fused_any = fused_early;
+  const WallTime stood = proven_;
   while (!queue_.empty() && queue_.oldest().stamp <= now) {
     fuse_oldest();
     fused_any = true;
+  }
+  if (history_) {
+    replay();
+    fused_any = fused_early || proven_ > stood;  // what came late is no news of now
   }
   if (!initialised_) return;
   const bool silent = !fused_any && now - last_step_ >= options_.sensor_timeout;
@@ -131,6 +150,7 @@ void Filter::step(WallTime now, MonotonicTime beat) {
     last_beat_ = beat;
   }
   differentiate(now);
+  if (history_) end_replays();
 }
 
 // The angular acceleration is a difference over steps, not over stamps: two inputs may stamp microseconds apart.
@@ -152,31 +172,42 @@ void Filter::command(const std::array<double, ControlOptions::kAxes>& velocity, 
 
 // The estimate holds, the stamps begin again. What waits was stamped by the old clock.
 void Filter::follow_clock_back(WallTime now) {
+  if (options_.reset_on_time_jump) {
+    reset();
+    last_output_ = {};
+    ++time_resets_;
+    return;
+  }
   drop_waiting(Rejection::Stale);
-  stamp_ = last_step_ = now;
+  stamp_ = last_step_ = proven_ = now;
   last_output_ = now - Duration{1};
   last_set_pose_ = differentiated_ = command_stamp_ = {};
   for (Part& p : parts_) p.seen = false;
   ++clock_steps_;
+  begin_history();
 }
 
-void Filter::process(const Measurement& measurement) {
+void Filter::process(const Measurement& measurement, Pass pass) {
   PartStats& stats = parts_[measurement.part].stats;
+  const bool counts = pass != Pass::Again;
   if (!initialised_) {
-    if (!initialise_from(measurement.reading)) {
-      ++stats.of(Rejection::Covariance);
-      return;
-    }
-    stamp_ = measurement.stamp;
-    ++stats.fused;
+    const bool begun = initialise_from(measurement.reading);
+    if (begun) stamp_ = measurement.stamp;
+    proven_ = std::max(proven_, stamp_);
+    if (counts) ++(begun ? stats.fused : stats.of(Rejection::Covariance));
     return;
   }
-  const bool late = measurement.stamp < stamp_;
-  if (!late) advance_to(measurement.stamp);
+  const bool behind = measurement.stamp < stamp_;
+  if (behind) {
+    stats.late_by = stamp_ - measurement.stamp;
+  } else {
+    advance_to(measurement.stamp);
+  }
   const auto fused = fuse(belief_, measurement.reading);
+  if (!counts) return;
   if (fused) {
     ++stats.fused;
-    stats.late += late ? 1U : 0U;
+    stats.late += behind || pass == Pass::Late ? 1U : 0U;
     repairs_ += fused->repaired ? 1U : 0U;
     return;
   }
@@ -218,14 +249,17 @@ void Filter::advance_to(WallTime stamp) {
   Duration gap = stamp - stamp_;
   if (gap > 0ns) {
     // A longer gap than the time that has passed is a clock that was set: the motion before it says nothing about the time
-    // since. robot_localization carries the robot on (FilterBase::validateDelta).
-    if (gap > passed() + slack_) {
-      gap = is_timed() ? passed() : options_.period;
+    // since. robot_localization carries the robot on (FilterBase::validateDelta). What the filter has stood at is no gap.
+    const WallTime known = std::max(stamp_, proven_);
+    if (stamp - known > passed() + slack_) {
+      gap = (known - stamp_) + (is_timed() ? passed() : options_.period);
       ++clock_steps_;
+      jumped_ = true;
     }
-    carry(belief_, to_seconds(gap), stamp);
+    carry_in_pieces(gap, stamp);
   }
   stamp_ = stamp;
+  proven_ = std::max(proven_, stamp);
 }
 
 void Filter::carry(Belief& belief, double dt_s, WallTime to) const {
@@ -242,8 +276,9 @@ void Filter::carry(Belief& belief, double dt_s, WallTime to) const {
 
 std::optional<Filter::Output> Filter::output(WallTime now) {
   if (!initialised_) return std::nullopt;
-  if (stamp_ > last_output_) {
-    last_output_ = stamp_;
+  const bool again = std::exchange(corrected_, false) && options_.permit_corrected_publication;
+  if (stamp_ > last_output_ || again) {
+    last_output_ = std::max(last_output_, stamp_);
     return Output{stamp_, &belief_};
   }
   if (now <= last_output_) return std::nullopt;
@@ -270,11 +305,12 @@ Prepared Filter::set_pose(const Reading& pose, WallTime stamp) {
   drop_waiting(Rejection::BeforeSetPose);
   belief_ = told;
   initialised_ = true;
-  stamp_ = last_set_pose_ = last_step_ = stamp;
+  stamp_ = last_set_pose_ = last_step_ = proven_ = stamp;
   last_beat_ = beat_;
   alpha_.setZero();
   differentiated_ = {};
   for (Part& p : parts_) p.seen = false;
+  begin_history();
   return {};
 }
 
@@ -282,11 +318,12 @@ void Filter::reset() {
   drop_waiting(Rejection::Stale);
   belief_ = options_.initial;
   initialised_ = false;
-  stamp_ = last_step_ = last_set_pose_ = differentiated_ = command_stamp_ = {};
+  stamp_ = last_step_ = last_set_pose_ = proven_ = differentiated_ = command_stamp_ = {};
   last_beat_ = {};
   fused_early_ = false;
   alpha_.setZero();
   for (Part& p : parts_) p.seen = false;
+  begin_history();
 }
 
 void Filter::drop_waiting(Rejection cause) {
@@ -296,6 +333,7 @@ void Filter::drop_waiting(Rejection cause) {
     ++stats.of(cause);
     queue_.pop_oldest();
   }
+  if (history_) drop_pending(cause);
 }
 
 Turning Filter::turning() const { return {belief_.mean.segment<3>(kVroll), alpha_}; }

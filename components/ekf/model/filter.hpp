@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ekf/model/control.hpp"
+#include "ekf/model/history.hpp"
 #include "ekf/model/measurement_queue.hpp"
 #include "ekf/model/preparation.hpp"
 #include "ekf/model/process_model.hpp"
@@ -24,12 +25,37 @@ struct FilterOptions {
   std::size_t queue_limit = 4096;  ///< The most measurements that ever wait for a step.
   std::size_t parts = 0;           ///< How many parts of inputs there are; they are numbered from 0.
   ControlOptions control;          ///< Of no axis: commands are not used.
+  /// How far behind the filter a late measurement is put into its place; nothing: it corrects without going back.
+  std::optional<Duration> history;
+  std::int64_t replay_instructions = 1'500'000;  ///< Per step, about: what goes beyond waits for the next one.
+  bool permit_corrected_publication = false;  ///< A late measurement makes output() give the filter's own stamp again.
+  bool reset_on_time_jump = false;            ///< A clock that was set back by more than a second resets the filter.
+};
+
+/// Which time a measurement is processed. Only the first counts in any statistics.
+enum class Pass : std::uint8_t {
+  First,  ///< In its turn.
+  Late,   ///< For the first time, but after others that are newer: the filter went back.
+  Again,  ///< It was processed before; the filter went back for another one.
+};
+
+/// What going back has cost so far.
+struct ReplayStats {
+  std::uint64_t passes{};        ///< That ended: the belief is that of all measurements.
+  std::uint64_t measurements{};  ///< Processed in them, late ones included.
+  std::uint64_t continued{};     ///< Steps that left a pass to the next step.
 };
 
 /// The running filter: a belief, the measurements that wait, and what became of each.
 ///
 /// Measurements are taken in the order of their stamps when step() comes. One that is older than the filter corrects it
 /// without a prediction, as in robot_localization without smoothing; one from the future waits for its time.
+///
+/// With FilterOptions::history the filter goes back to the time of an older one and takes all that is newer again, as
+/// robot_localization does with smoothing. Then the state is a function of the measurements, in whatever order they came: a prediction
+/// without a measurement is undone by the next one. Going back costs no step more than FilterOptions::replay_instructions; until it has
+/// ended, the belief is that without the late measurement. All that changes the belief for good is a measurement that goes through
+/// process(); another change is undone by the next one.
 ///
 /// A stamp is believed only as far as the inputs' rates explain it. With P the longer of a step and the shortest usual time
 /// between two messages, 10 P (at most a second) is the longest that a stamp may lie ahead of the clock, and the most that the
@@ -78,6 +104,7 @@ class Filter {
   [[nodiscard]] bool initialised() const { return initialised_; }
   [[nodiscard]] const Belief& belief() const { return belief_; }
   [[nodiscard]] WallTime stamp() const { return stamp_; }
+  [[nodiscard]] Duration period() const { return options_.period; }
   [[nodiscard]] Turning turning() const;
   [[nodiscard]] const PartStats& stats(std::size_t part) const { return parts_[part].stats; }
   [[nodiscard]] std::uint64_t repairs() const { return repairs_; }
@@ -85,6 +112,11 @@ class Filter {
   [[nodiscard]] std::size_t queue_places() const { return queue_.places(); }
   /// How often the wall clock was seen to be set (or no step came for more than ten seconds).
   [[nodiscard]] std::uint64_t clock_steps() const { return clock_steps_; }
+  /// How often FilterOptions::reset_on_time_jump came into effect.
+  [[nodiscard]] std::uint64_t time_resets() const { return time_resets_; }
+  /// Null without FilterOptions::history.
+  [[nodiscard]] const History* history() const { return history_ ? &*history_ : nullptr; }
+  [[nodiscard]] const ReplayStats& replays() const { return replays_; }
 
  private:
   struct Part {
@@ -100,10 +132,23 @@ class Filter {
   [[nodiscard]] bool make_place(Part& part, WallTime stamp, WallTime now);
   void fuse_oldest();
   void settle(Measurement& place, const Prepared& prepared);
-  void process(const Measurement& measurement);
+  void process(const Measurement& measurement, Pass pass);
   [[nodiscard]] bool initialise_from(const Reading& reading);
   void advance_to(WallTime stamp);
   void carry(Belief& belief, double dt_s, WallTime to) const;
+  // Going back in time: replay.cpp.
+  [[nodiscard]] FilterState state() const { return {belief_, stamp_, initialised_}; }
+  void restore(const FilterState& state);
+  void begin_history();
+  void begin_replays();
+  void take_in_order(const Measurement& measurement);
+  void insert_late(const Measurement& measurement);
+  void replay();
+  void replay_one(History::Entry& entry);
+  void make_room_in_history();
+  void drop_pending(Rejection cause);
+  void end_replays();
+  void carry_in_pieces(Duration gap, WallTime to);
   void differentiate(WallTime now);
   [[nodiscard]] Duration slack_of_rates() const;
   [[nodiscard]] bool is_timed() const;
@@ -115,8 +160,13 @@ class Filter {
   Belief belief_;
   Belief carried_;  // what output() publishes when the filter itself is older
   MeasurementQueue queue_;
+  std::optional<History> history_;
+  ReplayStats replays_;
+  std::int64_t replay_budget_{0};   // instructions that are left for it in this step
+  std::int64_t replay_surplus_{0};  // what the next step has more of it
   std::vector<Part> parts_;
   WallTime stamp_{};
+  WallTime proven_{};  // the newest stamp that the filter has stood at; newer than stamp_ only after going back
   WallTime last_step_{};
   WallTime last_output_{};
   WallTime last_set_pose_{};
@@ -131,7 +181,10 @@ class Filter {
   std::size_t most_waiting_{0};  // since the last step
   std::uint64_t repairs_{0};
   std::uint64_t clock_steps_{0};
+  std::uint64_t time_resets_{0};
   bool initialised_{false};
+  bool jumped_{false};       // a clock that was set: what is older belongs to another time line
+  bool corrected_{false};    // by a late measurement, since the last output
   bool fused_early_{false};  // before the step, for want of room
 };
 

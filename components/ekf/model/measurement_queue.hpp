@@ -17,13 +17,16 @@ struct Measurement {
   Reading reading;
 };
 
-/// Measurements in the order of their stamps, those of one stamp in the order of their arrival.
+/// Which of two measurements of one stamp comes first.
+enum class Ties : std::uint8_t { ByArrival, ByPart };
+
+/// Measurements in the order of their stamps, those of one stamp in the order of their arrival (or of their parts first).
 ///
 /// Has as many places as were needed so far, and never more than its limit (2 kB each).
 /// Threads: one. Allocates: in the constructor, and when more measurements wait than ever before.
 class MeasurementQueue {
  public:
-  explicit MeasurementQueue(std::size_t limit);
+  explicit MeasurementQueue(std::size_t limit, Ties ties = Ties::ByArrival);
 
   [[nodiscard]] bool empty() const { return order_.empty(); }
   [[nodiscard]] std::size_t size() const { return order_.size(); }
@@ -51,7 +54,7 @@ class MeasurementQueue {
   static constexpr std::size_t kAtFirst = 256;
   struct Entry {
     std::int64_t stamp_ns;
-    std::uint64_t arrival;
+    std::uint64_t arrival;  // the part in front of it, with Ties::ByPart
     std::uint32_t slot;
   };
   static bool later(const Entry& a, const Entry& b) {
@@ -67,6 +70,7 @@ class MeasurementQueue {
   std::size_t limit_;
   std::size_t places_{0};
   std::uint64_t arrivals_{0};
+  Ties ties_;
 };
 
 }  // namespace nacelle::ekf

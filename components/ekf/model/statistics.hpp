@@ -23,18 +23,21 @@ enum class Rejection : std::uint8_t {
   First,          ///< Differential: the first message only starts the difference.
   NoStamp,        ///< Its stamp is zero.
   Future,         ///< Its stamp lies farther ahead than the rates of the inputs explain.
+  BeforeHistory,  ///< Older than the history of smooth_lagged_data.
 };
-inline constexpr std::size_t kRejections = 11;
+inline constexpr std::size_t kRejections = 12;
 inline constexpr std::array<std::string_view, kRejections> kRejectionNames{
     "gate",       "stale",  "not_finite", "no_transform", "covariance", "before_set_pose",
-    "queue_full", "absent", "first",      "no_stamp",     "future"};
+    "queue_full", "absent", "first",      "no_stamp",     "future",     "before_history"};
 
 /// What became of one part (pose, twist, orientation, ...) of one input.
 /// received == fused + the sum of rejected + waiting.
 struct PartStats {
   std::uint64_t received{}, fused{}, waiting{};
   std::array<std::uint64_t, kRejections> rejected{};
-  std::uint64_t late{};        ///< Of the fused: older than the filter, corrected without going back in time.
+  std::uint64_t
+      late{};  ///< Of the fused: older than the filter. With a history put into their place, else fused without going back.
+  Duration late_by{};          ///< How far behind the filter the last late one was, fused or not.
   std::uint64_t same_stamp{};  ///< How many of the last messages in a row had one and the same stamp.
   Duration behind{};           ///< How far the last stamp was behind the clock when it came; ahead if negative.
 

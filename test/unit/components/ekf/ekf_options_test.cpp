@@ -101,8 +101,32 @@ TEST_F(EkfParameters, fourteen_booleans_are_refused) {
 }
 
 TEST_F(EkfParameters, what_is_not_served_is_refused_and_not_ignored) {
+  options_.append_parameter_override("debug", true);
+  EXPECT_NE(refusal().find("debug"), std::string::npos);
+}
+
+TEST_F(EkfParameters, the_history_has_robot_localizations_names_and_its_absolute_length) {
+  EXPECT_FALSE(read().filter.history.has_value());
+  options_.append_parameter_override("history_length", -1.5);
+  EXPECT_FALSE(read().filter.history.has_value()) << "without smooth_lagged_data";
   options_.append_parameter_override("smooth_lagged_data", true);
-  EXPECT_NE(refusal().find("smooth_lagged_data"), std::string::npos);
+  options_.append_parameter_override("permit_corrected_publication", true);
+  const auto o = read();
+  EXPECT_EQ(o.filter.history, 1500ms);
+  EXPECT_TRUE(o.filter.permit_corrected_publication);
+}
+
+TEST_F(EkfParameters, a_history_of_more_than_an_hour_is_refused) {
+  options_.append_parameter_override("smooth_lagged_data", true);
+  options_.append_parameter_override("history_length", 5000.0);
+  EXPECT_NE(refusal().find("0 to 3600"), std::string::npos);
+}
+
+TEST_F(EkfParameters, time_jumps_reset_the_filter_in_simulated_time_only) {
+  options_.append_parameter_override("reset_on_time_jump", true);
+  EXPECT_FALSE(read().filter.reset_on_time_jump);
+  options_.append_parameter_override("use_sim_time", true);
+  EXPECT_TRUE(read().filter.reset_on_time_jump);
 }
 
 TEST_F(EkfParameters, a_copied_robot_localization_file_with_defaults_is_accepted) {
