@@ -20,7 +20,11 @@ constexpr Duration kClockStep = 1s;
 }  // namespace
 
 Filter::Filter(const FilterOptions& options)
-    : options_(options), belief_(options.initial), queue_(options.queue_limit), parts_(options.parts) {
+    : options_(options),
+      belief_(options.initial),
+      queue_(options.queue_limit),
+      parts_(options.parts),
+      innovations_(options.parts, options.innovations, options.two_d_mode ? kFlatStates : StateMask{0}) {
   slack_ = slack_of_rates();
   // Zeros on the diagonal are semidefinite: believed, but not to the last digit.
   if (!is_positive_definite(options_.initial.covariance)) {
@@ -157,6 +161,7 @@ void Filter::follow_clock_back(WallTime now) {
   last_output_ = now - Duration{1};
   last_set_pose_ = differentiated_ = command_stamp_ = {};
   for (Part& p : parts_) p.seen = false;
+  innovations_.restart();
   ++clock_steps_;
 }
 
@@ -173,7 +178,8 @@ void Filter::process(const Measurement& measurement) {
   }
   const bool late = measurement.stamp < stamp_;
   if (!late) advance_to(measurement.stamp);
-  const auto fused = fuse(belief_, measurement.reading);
+  const Reading& reading = innovations_.note(measurement.part, measurement.stamp, belief_, measurement.reading);
+  const auto fused = fuse(belief_, reading);
   if (fused) {
     ++stats.fused;
     stats.late += late ? 1U : 0U;
@@ -275,6 +281,7 @@ Prepared Filter::set_pose(const Reading& pose, WallTime stamp) {
   alpha_.setZero();
   differentiated_ = {};
   for (Part& p : parts_) p.seen = false;
+  innovations_.restart();
   return {};
 }
 
@@ -287,6 +294,7 @@ void Filter::reset() {
   fused_early_ = false;
   alpha_.setZero();
   for (Part& p : parts_) p.seen = false;
+  innovations_.restart();
 }
 
 void Filter::drop_waiting(Rejection cause) {

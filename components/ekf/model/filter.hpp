@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ekf/model/control.hpp"
+#include "ekf/model/innovations.hpp"
 #include "ekf/model/measurement_queue.hpp"
 #include "ekf/model/preparation.hpp"
 #include "ekf/model/process_model.hpp"
@@ -24,6 +25,7 @@ struct FilterOptions {
   std::size_t queue_limit = 4096;  ///< The most measurements that ever wait for a step.
   std::size_t parts = 0;           ///< How many parts of inputs there are; they are numbered from 0.
   ControlOptions control;          ///< Of no axis: commands are not used.
+  InnovationOptions innovations;
 };
 
 /// The running filter: a belief, the measurements that wait, and what became of each.
@@ -80,6 +82,10 @@ class Filter {
   [[nodiscard]] WallTime stamp() const { return stamp_; }
   [[nodiscard]] Turning turning() const;
   [[nodiscard]] const PartStats& stats(std::size_t part) const { return parts_[part].stats; }
+  /// What each part's innovations say of its noise and of the filter's uncertainty.
+  [[nodiscard]] const Innovations& innovations() const { return innovations_; }
+  /// The usual time between two messages of a part as they come; 0: not known yet.
+  [[nodiscard]] Duration usual_interval(std::size_t part) const { return parts_[part].usual; }
   [[nodiscard]] std::uint64_t repairs() const { return repairs_; }
   /// How many measurements there is room for; grows with the inputs' rates.
   [[nodiscard]] std::size_t queue_places() const { return queue_.places(); }
@@ -116,6 +122,7 @@ class Filter {
   Belief carried_;  // what output() publishes when the filter itself is older
   MeasurementQueue queue_;
   std::vector<Part> parts_;
+  Innovations innovations_;
   WallTime stamp_{};
   WallTime last_step_{};
   WallTime last_output_{};
