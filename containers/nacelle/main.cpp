@@ -41,6 +41,7 @@ int main(int argc, char** argv) {
   add_top_commands(root);
   add_device_commands(root);
   add_doctor_command(root);
+  add_ekf_command(root);
   add_estop_command(root);
   add_export_command(root);
   add_security_commands(root);

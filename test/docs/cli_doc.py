@@ -108,6 +108,7 @@ EXAMPLES = (
     Example("tf monitor odom lidar_link --once --interval 2"),
     Example("streams --once", lines=30),
     Example("top --once --interval 2"),
+    Example("ekf --once"),
     Example("faults", lines=40),
     Example("check launch/robot.launch.yaml"),
     Example("params --explain lidar launch/robot.launch.yaml"),

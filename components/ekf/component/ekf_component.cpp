@@ -63,6 +63,10 @@ EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", op
       "reset", [this](const std_srvs::srv::Empty::Request&, std_srvs::srv::Empty::Response&) { reset(); });
   enable_service_ = create_service<std_srvs::srv::Empty>(
       "enable", [this](const std_srvs::srv::Empty::Request&, std_srvs::srv::Empty::Response&) { enable(); });
+  // What /diagnostics has, for `nacelle ekf`: computed only when asked, and there without print_diagnostics.
+  using diagnostic_msgs::srv::SelfTest;
+  status_service_ = create_service<SelfTest>(
+      "~/status", [this](const SelfTest::Request&, SelfTest::Response& response) { answer_status(response); });
 
   // Declares here what the parameters name; problems with them are reported when the node is configured.
   const auto read = read_ekf_parameters(*this);
@@ -147,6 +151,9 @@ CallbackReturn EkfComponent::on_configure(const State&) {
   std::uint16_t parts = 0;
   for (const InputOptions& input : options_->inputs) parts = static_cast<std::uint16_t>(parts + Input::parts_of(input));
   options_->filter.parts = parts;
+  for (const InputOptions& input : options_->inputs)
+    options_->filter.innovations.adaptive.insert(options_->filter.innovations.adaptive.end(), Input::parts_of(input),
+                                                 input.adaptive_measurement_noise);
   filter_.emplace(options_->filter);
   inputs_.clear();
   std::uint16_t next = 0;
@@ -335,6 +342,15 @@ void EkfComponent::enable() {
 void EkfComponent::after_time_reset() {
   for (const auto& input : inputs_) input->forget();
   get_logger().warn("the time jumped back: reset to the initial state (reset_on_time_jump)");
+}
+
+void EkfComponent::answer_status(diagnostic_msgs::srv::SelfTest::Response& response) {
+  response.id = get_name();
+  response.passed = filter_ && filter_->initialised() ? 1 : 0;
+  if (!filter_) return;  // before it is configured
+  diagnostic_msgs::msg::DiagnosticArray all;
+  write_diagnostics(inputs_, *filter_, get_name(), all);
+  response.status = std::move(all.status);
 }
 
 void EkfComponent::reset() {

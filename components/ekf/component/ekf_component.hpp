@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
+#include <diagnostic_msgs/srv/self_test.hpp>
 #include <geometry_msgs/msg/accel_with_covariance_stamped.hpp>
 #include <geometry_msgs/msg/pose_with_covariance_stamped.hpp>
 #include <geometry_msgs/msg/twist.hpp>
@@ -54,6 +55,7 @@ class EkfComponent final : public LifecycleNode {
   void reset();
   void after_time_reset();
   void enable();
+  void answer_status(diagnostic_msgs::srv::SelfTest::Response& response);
   void listen_to_commands(bool stamped);
   void command(const geometry_msgs::msg::Twist& twist, WallTime stamp);
 
@@ -68,6 +70,7 @@ class EkfComponent final : public LifecycleNode {
   std::shared_ptr<Subscription<geometry_msgs::msg::PoseWithCovarianceStamped>> set_pose_topic_;
   std::shared_ptr<Service<robot_localization::srv::SetPose>> set_pose_service_;
   std::shared_ptr<Service<std_srvs::srv::Empty>> reset_service_, enable_service_;
+  std::shared_ptr<Service<diagnostic_msgs::srv::SelfTest>> status_service_;
   std::shared_ptr<SubscriptionBase> commands_;
   std::shared_ptr<Publisher<nav_msgs::msg::Odometry>> odometry_;
   std::shared_ptr<Publisher<geometry_msgs::msg::AccelWithCovarianceStamped>> acceleration_;

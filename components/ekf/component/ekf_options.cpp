@@ -9,6 +9,7 @@
 
 #include "ekf/component/ekf_parameters.hpp"
 #include "ekf/component/history_options.hpp"
+#include "ekf/component/wheeled_noise_parameters.hpp"
 #include "ekf/model/covariance_parameter.hpp"
 #include "nacelle/node/frame_name.hpp"
 
@@ -42,6 +43,7 @@ Result<InputOptions, Problem> read_input(const Node& node, const NamedInput& nam
   const std::int64_t depth = node.get<std::int64_t>(s + "_queue_size");
   if (depth < 1 || depth > 1000) return err(wrong(s + "_queue_size", fmt::format("is {}", depth), "give 1 to 1000"));
   input.queue_size = static_cast<int>(depth);
+  input.adaptive_measurement_noise = node.get<bool>(s + "_adaptive_measurement_noise");
   if (input.kind != InputKind::Twist) {
     input.differential = node.get<bool>(s + "_differential");
     input.relative = node.get<bool>(s + "_relative");
@@ -249,6 +251,7 @@ Result<EkfOptions, Problem> read_ekf_parameters(const Node& node) {
   }
   if (const auto read = read_control(node, options); !read) return err(read.error());
   if (const auto read = read_history(node, options); !read) return err(read.error());
+  if (const auto read = read_wheeled_noise(node, options); !read) return err(read.error());
   return options;
 }
 

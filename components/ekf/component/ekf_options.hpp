@@ -25,6 +25,7 @@ struct InputOptions {
   bool relative = false;
   bool pose_use_child_frame = false;
   bool remove_gravitational_acceleration = false;
+  bool adaptive_measurement_noise = false;
   double pose_gate = std::numeric_limits<double>::infinity();
   double twist_gate = std::numeric_limits<double>::infinity();
   double acceleration_gate = std::numeric_limits<double>::infinity();

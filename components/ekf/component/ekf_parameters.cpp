@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "ekf/component/history_options.hpp"
+#include "ekf/component/wheeled_noise_parameters.hpp"
 #include "nacelle/node/frame_name.hpp"
 
 namespace nacelle::ekf {
@@ -40,6 +41,10 @@ void declare_input(Node& node, const NamedInput& input, bool preset) {
       s + "_queue_size", 10,
       say("Messages that wait for the filter's thread; the oldest is dropped. A second of them (the rate in Hz) loses "
           "none while the process is paused for so long."));
+  node.declare_parameter(s + "_adaptive_measurement_noise", false,
+                         say("Raise the noise of its measurements to what is seen of it, by at most ten standard "
+                             "deviations' worth; never below "
+                             "what its covariance says."));
   constexpr double kOff = std::numeric_limits<double>::max();
   const ParameterDescriptor gate =
       say("Largest Mahalanobis distance (not squared) that is fused; by default there is no limit.");
@@ -164,6 +169,7 @@ void declare_ekf_parameters(Node& node) {
                          say("Scale the pose's process noise by the velocity."));
   node.declare_parameter("process_noise_covariance", std::vector<double>{},
                          say("Per second: 15 numbers (diagonal), 225, or 36 (pose block)."));
+  declare_wheeled_noise(node);
   node.declare_parameter("initial_estimate_covariance", std::vector<double>{},
                          say("15 numbers (diagonal), 225, or 36 (pose block)."));
   node.declare_parameter("initial_state", std::vector<double>{}, say("15 numbers; zeros unless set."));

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "ekf/component/innovation_report.hpp"
+
 namespace nacelle::ekf {
 namespace {
 
@@ -167,6 +169,7 @@ void write_diagnostics(const std::vector<std::unique_ptr<Input>>& inputs, const 
       add("same_stamp", stats.same_stamp);
       for (std::size_t i = 0; i < kRejections; ++i)
         add(fmt::format("rejected_{}", kRejectionNames[i]), stats.rejected[i]);
+      add_innovations(part, filter, status);
     }
   }
 }

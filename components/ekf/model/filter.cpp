@@ -23,7 +23,8 @@ Filter::Filter(const FilterOptions& options)
     : options_(options),
       belief_(options.initial),
       queue_(options.queue_limit, options.history ? Ties::ByPart : Ties::ByArrival),
-      parts_(options.parts) {
+      parts_(options.parts),
+      innovations_(options.parts, options.innovations, options.two_d_mode ? kFlatStates : StateMask{0}) {
   slack_ = slack_of_rates();
   // Zeros on the diagonal are semidefinite: believed, but not to the last digit.
   if (!is_positive_definite(options_.initial.covariance)) {
@@ -183,6 +184,7 @@ void Filter::follow_clock_back(WallTime now) {
   last_output_ = now - Duration{1};
   last_set_pose_ = differentiated_ = command_stamp_ = {};
   for (Part& p : parts_) p.seen = false;
+  innovations_.restart();
   ++clock_steps_;
   begin_history();
 }
@@ -203,7 +205,8 @@ void Filter::process(const Measurement& measurement, Pass pass) {
   } else {
     advance_to(measurement.stamp);
   }
-  const auto fused = fuse(belief_, measurement.reading);
+  const Reading& reading = innovations_.note(measurement.part, measurement.stamp, belief_, measurement.reading);
+  const auto fused = fuse(belief_, reading);
   if (!counts) return;
   if (fused) {
     ++stats.fused;
@@ -310,6 +313,7 @@ Prepared Filter::set_pose(const Reading& pose, WallTime stamp) {
   alpha_.setZero();
   differentiated_ = {};
   for (Part& p : parts_) p.seen = false;
+  innovations_.restart();
   begin_history();
   return {};
 }
@@ -323,6 +327,7 @@ void Filter::reset() {
   fused_early_ = false;
   alpha_.setZero();
   for (Part& p : parts_) p.seen = false;
+  innovations_.restart();
   begin_history();
 }
 

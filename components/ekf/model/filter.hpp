@@ -7,6 +7,7 @@
 
 #include "ekf/model/control.hpp"
 #include "ekf/model/history.hpp"
+#include "ekf/model/innovations.hpp"
 #include "ekf/model/measurement_queue.hpp"
 #include "ekf/model/preparation.hpp"
 #include "ekf/model/process_model.hpp"
@@ -25,6 +26,7 @@ struct FilterOptions {
   std::size_t queue_limit = 4096;  ///< The most measurements that ever wait for a step.
   std::size_t parts = 0;           ///< How many parts of inputs there are; they are numbered from 0.
   ControlOptions control;          ///< Of no axis: commands are not used.
+  InnovationOptions innovations;
   /// How far behind the filter a late measurement is put into its place; nothing: it corrects without going back.
   std::optional<Duration> history;
   std::int64_t replay_instructions = 1'500'000;  ///< Per step, about: what goes beyond waits for the next one.
@@ -107,6 +109,10 @@ class Filter {
   [[nodiscard]] Duration period() const { return options_.period; }
   [[nodiscard]] Turning turning() const;
   [[nodiscard]] const PartStats& stats(std::size_t part) const { return parts_[part].stats; }
+  /// What each part's innovations say of its noise and of the filter's uncertainty.
+  [[nodiscard]] const Innovations& innovations() const { return innovations_; }
+  /// The usual time between two messages of a part as they come; 0: not known yet.
+  [[nodiscard]] Duration usual_interval(std::size_t part) const { return parts_[part].usual; }
   [[nodiscard]] std::uint64_t repairs() const { return repairs_; }
   /// How many measurements there is room for; grows with the inputs' rates.
   [[nodiscard]] std::size_t queue_places() const { return queue_.places(); }
@@ -165,6 +171,7 @@ class Filter {
   std::int64_t replay_budget_{0};   // instructions that are left for it in this step
   std::int64_t replay_surplus_{0};  // what the next step has more of it
   std::vector<Part> parts_;
+  Innovations innovations_;
   WallTime stamp_{};
   WallTime proven_{};  // the newest stamp that the filter has stood at; newer than stamp_ only after going back
   WallTime last_step_{};

@@ -139,7 +139,8 @@ void OdometryComponent::on_joint_state(const sensor_msgs::msg::JointState& joint
     if (reader_->stats().incomplete != 0 && !told_incomplete_) tell_incomplete(joints);
     return;
   }
-  pose_ = integrate(pose_, step->wheels, options_.separation_m(), options_.noise);
+  pose_ = options_.noise ? integrate(pose_, step->wheels, options_.separation_m(), *options_.noise)
+                         : integrate_with_slip(pose_, step->wheels, options_.separation_m(), options_.slip);
   publish_odometry(joints, step->wheels, step->dt_s);
   if (claim_) publish_transform(joints);
 }
@@ -177,15 +178,16 @@ void OdometryComponent::publish_odometry(const sensor_msgs::msg::JointState& joi
   // The same noise as the pose's: the variance of the distance in the window, divided by the square of its duration.
   const double half_m = 0.5 * options_.separation_m() * yaw_rate_rps;
   const double window_s = velocity_->duration_s();
-  const double left = options_.noise.k_left_m * std::abs(speed_mps - half_m) / window_s;
-  const double right = options_.noise.k_right_m * std::abs(speed_mps + half_m) / window_s;
-  const double turn = options_.noise.k_turn_rad * std::abs(yaw_rate_rps) / window_s;
+  const StepVariance variance =
+      options_.variance_of({(speed_mps - half_m) * window_s, (speed_mps + half_m) * window_s});
+  const double per_square = window_s > 0.0 ? 1.0 / (window_s * window_s) : 0.0;
   auto& twist_covariance = message->twist.covariance;
   twist_covariance.fill(0.0);
   for (std::size_t i = 0; i < 6; ++i) twist_covariance[i * 7] = options_.twist_covariance_diagonal[i];
-  twist_covariance[0] += 0.25 * (left + right);
-  twist_covariance[35] += (left + right) / (options_.separation_m() * options_.separation_m()) + turn;
-  twist_covariance[5] = twist_covariance[30] = 0.5 * (right - left) / options_.separation_m();
+  twist_covariance[0] += variance.along * per_square;
+  twist_covariance[7] += variance.across * per_square;
+  twist_covariance[35] += variance.turn * per_square;
+  twist_covariance[5] = twist_covariance[30] = variance.along_turn * per_square;
   odometry_->publish(std::move(message));
 }
 

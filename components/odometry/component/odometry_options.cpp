@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "nacelle/node/frame_name.hpp"
+#include "odometry/component/slip_parameters.hpp"
 
 namespace nacelle::odometry {
 namespace {
@@ -37,9 +38,14 @@ Result<OdometryOptions, Problem> validated(OdometryOptions o) {
     if (!(value > 0.0) || !std::isfinite(value))
       return err(wrong(name, fmt::format("is {}", value), "give a positive number"));
   }
-  const std::pair<const char*, double> not_negative[] = {{"k_left", o.noise.k_left_m},
-                                                         {"k_right", o.noise.k_right_m},
-                                                         {"k_turn", o.noise.k_turn_rad},
+  const StepNoise noise = o.noise.value_or(StepNoise{});
+  const std::pair<const char*, double> not_negative[] = {{"k_left", noise.k_left_m},
+                                                         {"k_right", noise.k_right_m},
+                                                         {"k_turn", noise.k_turn_rad},
+                                                         {"slip.distance_stddev_per_sqrt_m", o.slip.distance_m},
+                                                         {"slip.lateral_stddev_per_sqrt_m", o.slip.lateral_m},
+                                                         {"slip.heading_stddev_per_sqrt_m", o.slip.heading_rad},
+                                                         {"slip.heading_stddev_per_sqrt_rad", o.slip.turn_rad},
                                                          {"position_range", o.position_range_rad}};
   for (const auto& [name, value] : not_negative) {
     if (!(value >= 0.0) || !std::isfinite(value))
@@ -95,9 +101,7 @@ void declare_odometry_parameters(Node& node, const OdometryOptions& d) {
                          say("Broadcast odom -> base unless another node owns the frame."));
   node.declare_parameter("velocity_rolling_window_size", d.velocity_rolling_window_size,
                          say("Steps that the published twist is the mean of. A mean lags by half its window."));
-  node.declare_parameter("k_left", d.noise.k_left_m, say("Variance of the left distance per metre, m^2/m."));
-  node.declare_parameter("k_right", d.noise.k_right_m, say("Variance of the right distance per metre, m^2/m."));
-  node.declare_parameter("k_turn", d.noise.k_turn_rad, say("Variance of the heading per radian turned, rad^2/rad."));
+  declare_slip_parameters(node, d.slip);
   node.declare_parameter(
       "max_wheel_speed", d.max_wheel_speed_rps,
       say("rad/s; a faster change of a position is the end of a circle, or a restart of the board, which does not move "
@@ -132,7 +136,8 @@ Result<OdometryOptions, Problem> read_odometry_parameters(const Node& node) {
   }
   o.enable_odom_tf = node.get<bool>("enable_odom_tf");
   o.velocity_rolling_window_size = static_cast<int>(node.get<std::int64_t>("velocity_rolling_window_size"));
-  o.noise = {real("k_left"), real("k_right"), real("k_turn")};
+  o.slip = read_slip_model(node);
+  o.noise = read_step_noise(node);
   o.max_wheel_speed_rps = real("max_wheel_speed");
   o.position_range_rad = real("position_range");
   return validated(std::move(o));

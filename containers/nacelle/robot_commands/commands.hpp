@@ -14,6 +14,7 @@ void add_faults_command(Command& root);
 void add_isolated_command(Command& root);
 void add_export_command(Command& root);
 void add_drive_command(Command& root);
+void add_ekf_command(Command& root);
 void add_component_commands(Command& root);
 void add_estop_command(Command& root);
 void add_look_command(Command& root);
