@@ -9,10 +9,12 @@ import subprocess
 import unittest
 
 from calibration_test import Talk
-from robot import LAUNCH_FILE, RobotTest, interrupt, nightly, wait_for
+from robot import LAUNCH_FILE, SLOW, RobotTest, interrupt, nightly, wait_for
 
 CONFIG = os.path.join(os.path.dirname(LAUNCH_FILE), "config", "robot.yaml")
 DESCRIPTION = os.path.join(os.path.dirname(LAUNCH_FILE), "robot.urdf")
+# A sanitizer's robot has its readings late, which is another measurement; the commands run there in the other cases.
+in_time = unittest.skipIf(SLOW > 1, "a sanitizer's robot measures late")
 DIFF_DRIVE = "left_wheel_radius_multiplier", "right_wheel_radius_multiplier", "wheel_separation_multiplier"
 SLIP = "slip.distance_stddev_per_sqrt_m", "slip.heading_stddev_per_sqrt_m", "slip.heading_stddev_per_sqrt_rad"
 
@@ -90,6 +92,7 @@ class DrivingRobot(RobotTest):
 
 
 class Driven(DrivingRobot):
+    @in_time
     def test_squares_both_ways_find_the_wheels_to_half_a_per_cent(self):
         talk = self.talk("base", "calibrate", "--umbmark", "--truth", "ground_truth", "--squares", "1", "--side", "0.5", "--speed", "0.5", "--turn", "2.0",
                          "--yes")  # fmt: skip
@@ -104,6 +107,7 @@ class Driven(DrivingRobot):
         # 3 % closer together and 1.6 % larger wheels: a corner of 90 degrees is one of 94.3.
         self.assertAlmostEqual(alpha, 90 * (1 - 1.016 / 0.97), delta=1.0)
 
+    @in_time
     def test_figures_of_eight_find_how_the_imu_sits(self):
         talk = self.talk("imu", "calibrate", "--drive", "--eights", "2", "--yaw-rate", "1.5", "--radius", "0.3", "--yes", output="imu.yaml")
         self.assertEqual(talk.end(180), 0, talk.said)
@@ -138,6 +142,7 @@ class Driven(DrivingRobot):
         self.assertFalse((self.place / "refused.yaml").exists())
         self.assertEqual(self.truth()["left_command_mps"], 0)
 
+    @in_time
     @nightly
     def test_an_operator_measures_a_line_and_the_ends_of_squares(self):
         talk = self.talk("base", "calibrate", "--umbmark", "--distance", "0.5", "--squares", "2", "--side", "0.5", "--speed", "0.5", "--turn", "2.0",
@@ -167,6 +172,7 @@ class Driven(DrivingRobot):
         self.assertEqual(talk.end(), 0, talk.said)
         self.expect_wheels(self.numbers("asked.yaml", DIFF_DRIVE + SLIP))
 
+    @in_time
     @nightly
     def test_a_drive_that_excites_too_little_is_refused_with_the_way_out(self):
         talk = self.talk("imu", "calibrate", "--drive", "--eights", "1", "--yaw-rate", "0.5", "--radius", "0.1", "--yes", output="slow.yaml")
@@ -183,6 +189,7 @@ class Slipping(DrivingRobot):
     imu_yaw_deg, imu_x, imu_y = -95.0, -0.15, 0.08
     seed = 21
 
+    @in_time
     @nightly
     def test_more_squares_make_up_for_the_slip(self):
         talk = self.talk("base", "calibrate", "--umbmark", "--truth", "ground_truth", "--squares", "3", "--side", "0.7", "--speed", "0.5", "--turn", "2.0",
@@ -190,10 +197,12 @@ class Slipping(DrivingRobot):
         self.assertEqual(talk.end(400), 0, talk.said)
         values = self.numbers("out.yaml", DIFF_DRIVE + SLIP)
         self.expect_wheels(values)
-        # 0.005 sqrt(0.5 / 2) = 2.5 mm a root of a metre of the middle; both wheels over 0.3 m: 0.0236 rad.
-        self.assertAlmostEqual(math.log2(values[SLIP[0]] / 0.0025), 0.0, delta=1.0)
-        self.assertAlmostEqual(math.log2(values[SLIP[1]] / 0.0167), 0.0, delta=1.2)
+        # A leg of 0.7 m takes three seconds with a slip of their own, in which the wheels roll about 0.2, 0.35 and 0.15 m: (0.005)^2 times the sum of
+        # the squares is a wheel's variance; half of it is the middle's, twice of it over the separation squared the heading's.
+        self.assertAlmostEqual(math.log2(values[SLIP[0]] / 0.0018), 0.0, delta=1.0)
+        self.assertAlmostEqual(math.log2(values[SLIP[1]] / 0.0118), 0.0, delta=1.0)
 
+    @in_time
     @nightly
     def test_an_imu_that_looks_to_the_right_is_found(self):
         talk = self.talk("imu", "calibrate", "--drive", "--eights", "3", "--yaw-rate", "1.2", "--radius", "0.4", "--yes", output="imu.yaml")

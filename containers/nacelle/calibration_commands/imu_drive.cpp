@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -29,7 +30,7 @@ using calibration::PlanarReading;
 using calibration::Progress;
 using imu::Vector3;
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 constexpr Duration kTransformLimit = 2s;
 
 Problem problem_of(LeverFault fault, const std::string& node) {
@@ -50,14 +51,11 @@ Problem problem_of(LeverFault fault, const std::string& node) {
     case LeverFault::HardlyDriven:
       return {node, "the robot hardly accelerated: there is no direction to compare the IMU's with",
               "drive faster (--yaw-rate) or in wider circles (--radius)"};
-    case LeverFault::Mismatch:
-      return {node, "the accelerations of the IMU are not those of the wheels",
-              "did a wheel slip, or is this another robot's IMU? Calibrate the accelerometer (--accel), and drive on "
-              "an even floor"};
-    case LeverFault::Unsure: break;
+    case LeverFault::Mismatch: break;
   }
-  return {node, "the result would be less sure than 0.25 degrees or 5 mm",
-          "turn faster (--yaw-rate), drive more --eights, and on an even floor"};
+  return {node, "the accelerations of the IMU are not those of the wheels",
+          "did a wheel slip, or is this another robot's IMU? Calibrate the accelerometer (--accel), and drive on an "
+          "even floor"};
 }
 
 Eigen::Vector3d eigen_of(const Vector3& v) { return {v[0], v[1], v[2]}; }
@@ -97,6 +95,13 @@ class FigureOfEight {
     if (const int code = drive(); code != kDone) return err(code);
     const auto fit = fit_lever(readings_, wheels_);
     if (!fit) return err(complain(problem_of(fit.error(), node_)));
+    if (!fit->is_sure()) {
+      return err(complain(
+          {node_,
+           fmt::format("the yaw is known to {:.2f} degrees and the place to {:.1f} mm only; 0.25 and 5 are asked for",
+                       kDegreesPerRadian * fit->yaw_stddev_rad, 1e3 * std::max(fit->x_stddev_m, fit->y_stddev_m)),
+           "turn faster (--yaw-rate), drive more --eights, and on an even floor"}));
+    }
     return mounting_of(*fit, mounting_rpy_rad);
   }
 
@@ -196,7 +201,7 @@ class FigureOfEight {
     mounting.base_frame = base_frame_;
     dialogue_.say(fmt::format(
         "mounting yaw: {:+.2f} degrees (+-{:.2f}) beyond what it was taken for; mounting_rpy yaw is {:.4f} rad",
-        kDegrees * fit.yaw_rad, kDegrees * fit.yaw_stddev_rad, mounting.mounting_rpy_rad[2]));
+        kDegreesPerRadian * fit.yaw_rad, kDegreesPerRadian * fit.yaw_stddev_rad, mounting.mounting_rpy_rad[2]));
     dialogue_.say(fmt::format(
         "lever arm: x {:.4f} m (+-{:.4f}), y {:.4f} m (+-{:.4f}) in {}; the description says {:.4f}, {:.4f}", fit.x_m,
         fit.x_stddev_m, fit.y_m, fit.y_stddev_m, base_frame_, p_BF_.x(), p_BF_.y()));

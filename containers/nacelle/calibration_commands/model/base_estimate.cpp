@@ -154,11 +154,23 @@ SlipNoise scaled(SlipNoise slip, double factor) {
   return slip;
 }
 
+/// Less slip than this share of the measurement's variance, at the end of a way, cannot be told from none. None would make an odometry
+/// that is sure of everything.
+constexpr double kUnseenShare = 0.25;
+
 /// Changes one part of a noise until one number of the straight ways, or of the turns, scatters as it says.
 void match(double SlipNoise::*part, SlipNoise& slip, const std::vector<Residual>& residuals, bool of_turns,
            int number) {
+  SlipNoise unit{0.0, 0.0, 0.0};
+  unit.*part = 1.0;
   int count = 0;
-  for (const auto& r : residuals) count += r.is_turn == of_turns ? 1 : 0;
+  double measured = 0.0, grown = 0.0;
+  for (const auto& r : residuals) {
+    if (r.is_turn != of_turns) continue;
+    ++count;
+    measured += r.by_measurement(number, number);
+    grown += (covariance_of(r, unit) - r.by_measurement)(number, number);
+  }
   // One unknown is determined by each: mean and ratio of the radii, the separation.
   slip.*part *= factor_for(count - 1, [&](double factor) {
     SlipNoise with = slip;
@@ -169,6 +181,7 @@ void match(double SlipNoise::*part, SlipNoise& slip, const std::vector<Residual>
     }
     return chi;
   });
+  slip.*part = std::max(slip.*part, kUnseenShare * measured / grown);
 }
 
 SlipNoise noise_of(const std::vector<Residual>& residuals, SlipNoise slip) {
@@ -185,8 +198,14 @@ SlipNoise noise_of(const std::vector<Residual>& residuals, SlipNoise slip) {
     match(&SlipNoise::heading_per_rad, slip, residuals, true, 2);
     return slip;
   }
-  return scaled(slip, factor_for(numbers - kUnknowns,
-                                 [&](double factor) { return chi_squared(residuals, scaled(slip, factor)); }));
+  const double factor =
+      factor_for(numbers - kUnknowns, [&](double by) { return chi_squared(residuals, scaled(slip, by)); });
+  double measured = 0.0, grown = 0.0;
+  for (const auto& r : residuals) {
+    measured += r.by_measurement(0, 0);
+    grown += (covariance_of(r, slip) - r.by_measurement)(0, 0);
+  }
+  return scaled(slip, std::max(factor, kUnseenShare * measured / grown));
 }
 
 double rms_of(const std::vector<Residual>& residuals) {
@@ -207,12 +226,13 @@ Result<BaseEstimate, EstimateFault> estimate_base(const BaseGeometry& believed, 
   if (excess < 0) return err(EstimateFault::TooFew);
   SlipNoise slip;
   Fit found = fit(start, ways, measurement, slip);
+  // Before the noise is found: that of contradictions hides everything.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> directions{found.information};
+  if (!(directions.eigenvalues().minCoeff() >= 1.0 / (kWorst * kWorst))) return err(EstimateFault::NotSeen);
   for (int round = 0; excess >= kLeastExcess && round < kNoiseRounds; ++round) {
     slip = noise_of(found.residuals, slip);
     found = fit(found.base, ways, measurement, slip);
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> directions{found.information};
-  if (!(directions.eigenvalues().minCoeff() >= 1.0 / (kWorst * kWorst))) return err(EstimateFault::NotSeen);
   const double ratios[] = {found.base.left_radius_multiplier / believed.left_radius_multiplier,
                            found.base.right_radius_multiplier / believed.right_radius_multiplier,
                            found.base.separation_multiplier / believed.separation_multiplier};
@@ -228,6 +248,7 @@ Result<BaseEstimate, EstimateFault> estimate_base(const BaseGeometry& believed, 
   if (!(off <= kMostOff * length)) return err(EstimateFault::Contradictory);
   const Eigen::Matrix3d covariance = found.information.inverse();
   const Eigen::Vector3d stddev = covariance.diagonal().cwiseSqrt();
+  if (!(stddev.maxCoeff() <= kWorst)) return err(EstimateFault::NotSeen);
   BaseEstimate estimate;
   estimate.base = found.base;
   estimate.left_stddev = stddev[0];

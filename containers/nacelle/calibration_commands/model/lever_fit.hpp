@@ -32,6 +32,9 @@ struct LeverFit {
   double scale = 1.0;
   double rms_mps2 = 0.0;    ///< What is left of the accelerations.
   std::size_t windows = 0;  ///< That it was found from.
+
+  /// Whether the standard deviations are at most half of what a calibration should reach: 0.25 degrees and 5 mm.
+  [[nodiscard]] bool is_sure() const;
 };
 
 /// Why a drive does not show how an IMU sits.
@@ -41,8 +44,7 @@ enum class LeverFault : std::uint8_t {
   HardlyTurned,   ///< Less than one turn, or slower than 0.3 rad/s.
   OneWay,         ///< Turned one way only: the pull inwards cannot be told from a lever arm to the side.
   HardlyDriven,   ///< The wheels' accelerations are below 0.05 m/s^2: no direction to compare with.
-  Mismatch,       ///< The accelerations that were measured are not those of the wheels.
-  Unsure          ///< The result would be less sure than 0.25 degrees or 5 mm.
+  Mismatch        ///< The accelerations that were measured are not those of the wheels.
 };
 
 /// Finds the mounting yaw and the lever arm of an IMU from a drive on a level floor.
@@ -51,8 +53,8 @@ enum class LeverFault : std::uint8_t {
 /// of the gyro, R the mounting yaw, f the specific force and b its bias and what the floor's tilt adds:
 ///   f = R^T (v' - alpha r_y - w^2 r_x,  v w + alpha r_x - w^2 r_y) + b
 /// R^T commutes with turns by 90 degrees, so f is linear in (cos, sin, R^T r, b): six unknowns, linear least squares. Each equation is
-/// the mean over a window of 0.2 s, where the mean of a derivative is a difference: nothing is differentiated but the wheels' way.
-/// A second fit leaves out windows that are off by more than four standard deviations.
+/// the mean over a window of 0.5 s, where the mean of a derivative is a difference: nothing is differentiated but the wheels' way.
+/// Windows that are off by more than four standard deviations of most of them, bumps of the floor, are left out.
 ///
 /// The height of the IMU and its mounting roll and pitch do not show in the plane.
 /// Source: rigid body kinematics, e.g. Featherstone, "Rigid Body Dynamics Algorithms" (2008), sec. 2.8; docs/ekf.md.

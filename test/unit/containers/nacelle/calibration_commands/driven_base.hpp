@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "calibration_commands/model/base_estimate.hpp"
 
@@ -82,6 +83,52 @@ inline BaseGeometry nominal_base() {
   base.wheel_radius_m = 0.033;
   base.wheel_separation_m = 0.30;
   return base;
+}
+
+inline constexpr SlipNoise kNoSlip{0.0, 0.0, 0.0};
+inline constexpr SlipNoise kLittleSlip{2.5e-6, 2.5e-5, 2.5e-5};  // 1.6 mm and 0.29 degrees after a metre
+inline constexpr SlipNoise kMuchSlip{1e-5, 1e-4, 1e-4};          // 3.2 mm and 0.57 degrees
+
+inline BaseGeometry real_base() {
+  BaseGeometry base = nominal_base();
+  base.left_radius_multiplier = 1.021;
+  base.right_radius_multiplier = 1.013;
+  base.separation_multiplier = 0.964;
+  return base;
+}
+
+/// What an operator measures: a line, and the ends of squares each way, to 3 mm.
+inline std::vector<DrivenWay> by_hand(std::uint64_t seed, const SlipNoise& slip, int squares, double side_m) {
+  DrivenBase base{real_base(), slip, seed};
+  std::vector<DrivenWay> ways;
+  base.begin();
+  base.straight(4.0);
+  ways.push_back(base.way(Measured::Distance, 0.003));
+  for (const bool is_left : {false, true}) {
+    for (int i = 0; i < squares; ++i) {
+      base.begin();
+      base.square(side_m, is_left);
+      ways.push_back(base.way(Measured::Position, 0.003));
+    }
+  }
+  return ways;
+}
+
+/// What another localisation measures: where each leg ends, to 1 mm and 1 mrad.
+inline std::vector<DrivenWay> by_topic(std::uint64_t seed, const SlipNoise& slip, int squares, double side_m) {
+  DrivenBase base{real_base(), slip, seed};
+  std::vector<DrivenWay> ways;
+  for (const bool is_left : {false, true}) {
+    for (int leg = 0; leg < 4 * squares; ++leg) {
+      base.begin();
+      base.straight(side_m);
+      ways.push_back(base.way(Measured::Pose, 0.001, 0.001));
+      base.begin();
+      base.turn(is_left ? 1.5708 : -1.5708);
+      ways.push_back(base.way(Measured::Pose, 0.001, 0.001));
+    }
+  }
+  return ways;
 }
 
 }  // namespace nacelle::calibration
