@@ -16,6 +16,10 @@ DriveModel::DriveModel(const WorldSettings& settings, const Room& room)
   geometry_.left_radius_m = nominal.wheel_radius_m * (1.0 + geometry_draws_.normal(errors.wheel_radius));
   geometry_.right_radius_m = nominal.wheel_radius_m * (1.0 + geometry_draws_.normal(errors.wheel_radius));
   geometry_.track_m = nominal.track_m * (1.0 + geometry_draws_.normal(errors.track));
+  const auto& known = settings.known;
+  if (known.left_radius) geometry_.left_radius_m = nominal.wheel_radius_m * (1.0 + *known.left_radius);
+  if (known.right_radius) geometry_.right_radius_m = nominal.wheel_radius_m * (1.0 + *known.right_radius);
+  if (known.track) geometry_.track_m = nominal.track_m * (1.0 + *known.track);
   left_.slip = slip_draws_.normal(errors.slip);
   right_.slip = slip_draws_.normal(errors.slip);
 }
@@ -37,7 +41,9 @@ void DriveModel::step(double dt_s, double left_target_rps, double right_target_r
   const double left_mps = left_.rate_rps * geometry_.left_radius_m * (1.0 - left_.slip);
   const double right_mps = right_.rate_rps * geometry_.right_radius_m * (1.0 - right_.slip);
   double speed_mps = 0.5 * (left_mps + right_mps);
+  const double yaw_rate_before_rps = yaw_rate_rps_;
   yaw_rate_rps_ = (right_mps - left_mps) / geometry_.track_m;
+  yaw_acceleration_rps2_ = (yaw_rate_rps_ - yaw_rate_before_rps) / dt_s;
 
   // Exact arc of constant speed and yaw rate, as a chord at the middle yaw; sin(h)/h is 1 below 1e-6 to 1 part in 1e12.
   const double half_rad = 0.5 * yaw_rate_rps_ * dt_s;

@@ -34,6 +34,8 @@ class DriveModel {
   [[nodiscard]] double yaw_rate_rps() const { return yaw_rate_rps_; }
   /// Along the body's x axis, in the last step.
   [[nodiscard]] double acceleration_mps2() const { return acceleration_mps2_; }
+  /// In the last step.
+  [[nodiscard]] double yaw_acceleration_rps2() const { return yaw_acceleration_rps2_; }
   [[nodiscard]] double left_angle_rad() const { return left_.angle_rad; }
   [[nodiscard]] double right_angle_rad() const { return right_.angle_rad; }
   [[nodiscard]] const TrueGeometry& geometry() const { return geometry_; }
@@ -53,7 +55,7 @@ class DriveModel {
   TrueGeometry geometry_;
   Wheel left_, right_;
   Pose pose_;
-  double speed_mps_ = 0.0, yaw_rate_rps_ = 0.0, acceleration_mps2_ = 0.0;
+  double speed_mps_ = 0.0, yaw_rate_rps_ = 0.0, acceleration_mps2_ = 0.0, yaw_acceleration_rps2_ = 0.0;
   double since_slip_s_ = 0.0;
   std::uint64_t contacts_ = 0;
 };

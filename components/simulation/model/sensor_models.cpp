@@ -49,7 +49,10 @@ std::optional<Ld06Packet> LidarModel::measure(const Pose& pose) {
 }
 
 ImuModel::ImuModel(const WorldSettings& settings)
-    : errors_(settings.errors), constants_(settings.seed, kImuConstantStream), draws_(settings.seed, kImuNoiseStream) {
+    : errors_(settings.errors),
+      known_(settings.known),
+      constants_(settings.seed, kImuConstantStream),
+      draws_(settings.seed, kImuNoiseStream) {
   for (double& bias : gyro_bias_dps_) bias = constants_.normal(errors_.gyro_bias_dps);
   for (double& bias : accelerometer_bias_g_) bias = constants_.normal(errors_.accelerometer_bias_g);
   heading_amplitude_rad_ = constants_.normal(errors_.heading_error_deg) / kDegPerRad;
@@ -58,11 +61,17 @@ ImuModel::ImuModel(const WorldSettings& settings)
 
 Wt901Reading ImuModel::measure(const DriveModel& drive) {
   Wt901Reading reading;
-  const double yaw_rad = drive.pose().yaw_rad;
-  const std::array<double, 3> acceleration_mps2{drive.acceleration_mps2(), drive.speed_mps() * drive.yaw_rate_rps(),
+  // Its axes' yaw; a vector of the base is turned back by known_.imu_yaw_rad into them.
+  const double yaw_rad = drive.pose().yaw_rad + known_.imu_yaw_rad;
+  const double c = std::cos(known_.imu_yaw_rad), s = std::sin(known_.imu_yaw_rad);
+  // Of a point of a rigid body: a + alpha x r + w x (w x r).
+  const double w = drive.yaw_rate_rps(), alpha = drive.yaw_acceleration_rps2();
+  const double ahead_mps2 = drive.acceleration_mps2() - alpha * known_.imu_y_m - w * w * known_.imu_x_m;
+  const double left_mps2 = drive.speed_mps() * w + alpha * known_.imu_x_m - w * w * known_.imu_y_m;
+  const std::array<double, 3> acceleration_mps2{c * ahead_mps2 + s * left_mps2, c * left_mps2 - s * ahead_mps2,
                                                 kGravityMps2};
   const std::array<double, 3> rate_dps{0.0, 0.0, drive.yaw_rate_rps() * kDegPerRad};
-  // Earth's field seen from the base: north is the world's y axis.
+  // Earth's field seen from the sensor: north is the world's y axis.
   const std::array<double, 3> field{kNorthCounts * std::sin(yaw_rad), kNorthCounts * std::cos(yaw_rad), -kDownCounts};
   for (std::size_t i = 0; i < 3; ++i) {
     reading.acceleration_g[i] =
@@ -79,8 +88,8 @@ Wt901Reading ImuModel::measure(const DriveModel& drive) {
   reading.angles_deg = {roll_rad * kDegPerRad, pitch_rad * kDegPerRad,
                         std::remainder(heading_rad, 2.0 * std::numbers::pi) * kDegPerRad};
   // Small roll and pitch: their half angles, turned by the yaw.
-  const double c = std::cos(heading_rad / 2.0), s = std::sin(heading_rad / 2.0);
-  reading.quaternion = {c, c * roll_rad / 2.0 - s * pitch_rad / 2.0, c * pitch_rad / 2.0 + s * roll_rad / 2.0, s};
+  const double ch = std::cos(heading_rad / 2.0), sh = std::sin(heading_rad / 2.0);
+  reading.quaternion = {ch, ch * roll_rad / 2.0 - sh * pitch_rad / 2.0, ch * pitch_rad / 2.0 + sh * roll_rad / 2.0, sh};
   return reading;
 }
 

@@ -30,8 +30,8 @@ class LidarModel {
   Ld06Packet packet_;
 };
 
-/// A WT901 on the base, axes along the base's: accelerometer, gyro, magnetometer, and the attitude it computes from
-/// them.
+/// A WT901 on the base: accelerometer, gyro, magnetometer, and the attitude it computes from them. It sits level in the middle of the
+/// axle with axes along the base's, unless the world's known errors say otherwise.
 class ImuModel {
  public:
   explicit ImuModel(const WorldSettings& settings);
@@ -43,6 +43,7 @@ class ImuModel {
 
  private:
   const WorldErrors errors_;
+  const KnownErrors known_;
   Random constants_, draws_;
   std::array<double, 3> gyro_bias_dps_{}, accelerometer_bias_g_{};
   double heading_amplitude_rad_ = 0.0, heading_phase_rad_ = 0.0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 namespace nacelle::simulation {
 
@@ -41,12 +42,21 @@ struct WorldGps {
   double antenna_x_m = -0.1, antenna_y_m = 0.0, antenna_z_m = 0.15;  ///< On the base.
 };
 
+/// Errors that are chosen instead of drawn, for a test of what finds them. The draws stay the same beside them.
+struct KnownErrors {
+  /// Relative to the nominal length: 0.01 is one per cent more. Nothing: drawn.
+  std::optional<double> left_radius, right_radius, track;
+  double imu_yaw_rad = 0.0;             ///< The IMU's axes are turned by so much in the base.
+  double imu_x_m = 0.0, imu_y_m = 0.0;  ///< The IMU is there, as seen from the middle of the axle.
+};
+
 /// All settings of a world.
 struct WorldSettings {
   std::uint64_t seed = 1;
   RobotNominal robot{};
   WorldErrors errors{};
   WorldGps gps{};
+  KnownErrors known{};
 };
 
 }  // namespace nacelle::simulation

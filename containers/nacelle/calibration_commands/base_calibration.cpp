@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "calibration_commands/dialogue.hpp"
 #include "calibration_commands/gyro_reference.hpp"
 #include "calibration_commands/parameter_lines.hpp"
+#include "calibration_commands/umbmark_calibration.hpp"
 #include "cli/program.hpp"
 
 namespace nacelle::cli {
@@ -91,7 +93,7 @@ class BaseCalibration {
         "straight line: the robot will drive {:.2f} m ahead. Clear the way, and mark on the floor where it stands",
         wish_.distance_m));
     if (code != kDone) return code;
-    const auto turned = driver_.drive(LegKind::Straight, wish_.distance_m, wish_.speed_mps);
+    const auto turned = driver_.drive(kStraight, wish_.distance_m, wish_.speed_mps);
     if (!turned) return turned.error();
     const double believed = distance_m(geometry_, *turned);
     dialogue_.say(fmt::format("  it stands; by its wheels it drove {:.3f} m", believed));
@@ -115,8 +117,9 @@ class BaseCalibration {
       if (!begun) return begun.error();
       gyro.emplace(std::move(begun).value());
     }
-    const auto turned =
-        driver_.drive(LegKind::Turn, wish_.turns * kTurn_rad, wish_.yaw_rate_rps, gyro ? &*gyro : nullptr);
+    std::function<Result<void, Problem>()> meanwhile;
+    if (gyro) meanwhile = [&gyro] { return gyro->take(); };
+    const auto turned = driver_.drive(kTurnLeft, wish_.turns * kTurn_rad, wish_.yaw_rate_rps, meanwhile);
     if (!turned) return turned.error();
     // With the radius that the straight line gave.
     const double believed = yaw_rad(geometry_, *turned) / kTurn_rad;
@@ -149,7 +152,7 @@ class BaseCalibration {
 }  // namespace
 
 int calibrate_base(const BaseWish& wish) {
-  if (wish.distance_m <= 0.0 && wish.turns <= 0.0)
+  if (!wish.umbmark && wish.distance_m <= 0.0 && wish.turns <= 0.0)
     return complain_of_usage({"base calibrate", "neither a distance nor turns to drive", "leave out one of the zeros"});
   Dialogue dialogue;
   if (auto fine = check_output(wish.output); !fine) return complain(fine.error());
@@ -171,6 +174,7 @@ int calibrate_base(const BaseWish& wish) {
   topics.silence = from_seconds(wish.wait_s);
   const auto base = base_parameters(*parameters, *node, topics.commands);
   if (!base) return complain(base.error());
+  if (wish.umbmark) return calibrate_by_squares(wish, dialogue, nodes, *node, std::move(topics), *base);
   BaseCalibration calibration{wish, dialogue, *node, std::move(topics), *base};
   if (const int code = calibration.run(); code != kDone) return code;
   return write_output(wish.output, calibration.text());

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <vector>
 
 namespace nacelle::cli {
 
@@ -14,9 +16,15 @@ struct BaseWish {
   double measured_distance_m = 0.0, measured_turns = 0.0;  ///< 0: asked for.
   double speed_mps = 0.2, yaw_rate_rps = 0.6, wait_s = 5.0;
   bool twist = false, yes = false;
+  bool umbmark = false;  ///< Squares both ways, instead of the turns.
+  double side_m = 1.0;
+  std::size_t squares = 5;                 ///< Each way.
+  std::vector<std::string> measured_ends;  ///< "X,Y" of each square, clockwise ones first; else asked for.
+  std::string truth;                       ///< A topic that measures instead.
+  std::string odometry = "odometry";       ///< The node that has the noise.
 };
 
-/// Drives a straight line and turns on the spot, asks what was measured, and writes the multipliers of the wheels. Whatever
+/// Drives a straight line and turns on the spot, or squares, asks what was measured, and writes the multipliers of the wheels. Whatever
 /// ends it, the base has been commanded to stand still. Returns the exit code.
 int calibrate_base(const BaseWish& wish);
 

@@ -3,6 +3,7 @@
 
 #include "calibration_commands/base_calibration.hpp"
 #include "calibration_commands/commands.hpp"
+#include "calibration_commands/umbmark_calibration.hpp"
 #include "cli/program.hpp"
 
 namespace nacelle::cli {
@@ -10,9 +11,9 @@ namespace nacelle::cli {
 void add_base_commands(Command& root) {
   auto wish = std::make_shared<BaseWish>();
   Command& group = root.add("base", "the wheels of a robot");
-  Command& command =
-      group.add("calibrate",
-                "drive a straight line and turns on the spot, and write the multipliers of the wheels as parameters");
+  Command& command = group.add(
+      "calibrate",
+      "drive a straight line and turns on the spot, or squares, and write the multipliers of the wheels as parameters");
   command.option("--node", wish->node, "the base's node").with_default().names_a(Names::Node);
   command.option("-o,--output", wish->output, "the parameter file").with_default().names_a(Names::File);
   command.option("--distance", wish->distance_m, "m to drive straight ahead; 0: leave it out")
@@ -32,6 +33,22 @@ void add_base_commands(Command& root) {
               "a level gyro's topic (sensor_msgs/Imu) that measures the turns, instead of the question")
       .not_with("--measured-turns")
       .names_a(Names::Topic);
+  command.flag("--umbmark", wish->umbmark,
+               "drive squares both ways (UMBmark) instead of the turns: they show which wheel is larger, and the slip");
+  command.option("--side", wish->side_m, "m of a square's side").value("METRES").with_default().within(0.2, 20.0);
+  command.option("--squares", wish->squares, "squares each way").with_default().within(1, 50);
+  command
+      .option("--measured-end", wish->measured_ends,
+              "where a square really ends: m ahead and left of its mark; one for each square, clockwise ones first")
+      .value("X,Y")
+      .checked(wrong_end);
+  command
+      .option("--truth", wish->truth,
+              "a topic that measures where the robot is (Odometry, PoseStamped, PoseWithCovarianceStamped), instead of "
+              "the questions")
+      .not_with("--measured-end")
+      .names_a(Names::Topic);
+  command.option("--odometry", wish->odometry, "the odometry's node, for the slip").with_default().names_a(Names::Node);
   command.option("--speed", wish->speed_mps, "forward speed in m/s").with_default().within(0.02, 1.0);
   command.option("--turn", wish->yaw_rate_rps, "turning speed in rad/s").with_default().within(0.05, 3.0);
   command.option("--topic", wish->command, "topic for the commands; a relative name is beside the node")
@@ -46,7 +63,10 @@ void add_base_commands(Command& root) {
   command.flag("-y,--yes", wish->yes, "drive without asking first");
   add_container_option(command, wish->container);
   command.note(
-      "It changes left_wheel_radius_multiplier, right_wheel_radius_multiplier and wheel_separation_multiplier.\n"
+      "It changes left_wheel_radius_multiplier, right_wheel_radius_multiplier and wheel_separation_multiplier; "
+      "--umbmark\n"
+      "also slip.distance_stddev_per_sqrt_m, slip.heading_stddev_per_sqrt_m and slip.heading_stddev_per_sqrt_rad of "
+      "the odometry.\n"
       "Instructions go to stderr, answers are read from stdin. Ctrl-C stops the wheels, ends it with exit code 130 "
       "and\n"
       "writes nothing.");

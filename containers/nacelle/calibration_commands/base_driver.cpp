@@ -60,6 +60,7 @@ calibration::LegSettings settings_of(double target, double speed, const BaseTopi
   settings.target = target;
   settings.speed = speed;
   settings.acceleration = speed / kRampUp_s;
+  settings.still_for = topics.still_for;
   settings.lost_after = std::max(topics.silence, settings.silent_after);
   if (command_timeout > Duration::zero()) {
     settings.late_after = command_timeout * 4 / 5;
@@ -72,23 +73,28 @@ calibration::LegSettings settings_of(double target, double speed, const BaseTopi
 
 /// What one leg works with.
 struct BaseDriver::Way {
-  LegKind kind;
+  const Motion motion;
   TopicReader& joints;
   control::Client& client;
   drive::VelocitySender& sender;
-  GyroReference* gyro;
+  const std::function<Result<void, Problem>()>& meanwhile;
   Leg leg;
   const WheelTurn begin;
   WheelTurn turn{};
+
+  [[nodiscard]] double progress(const calibration::BaseGeometry& geometry) const {
+    return motion.yaw_rate_rps == 0.0 ? distance_m(geometry, turn) / motion.forward_mps
+                                      : yaw_rad(geometry, turn) / motion.yaw_rate_rps;
+  }
 };
 
-Result<WheelTurn, int> BaseDriver::first_reading(TopicReader& joints) const {
+Result<WheelSample, int> BaseDriver::first_reading(TopicReader& joints) const {
   const SystemClock clock;
   const MonotonicTime until = clock.now() + topics_.silence;
   while (true) {
     auto message = next_message(dialogue_, joints, topics_.silence);
     if (!message) return err(message.error());
-    if (const auto wheels = wheels_in(*message, base_)) return *wheels;
+    if (const auto wheels = sample_in(*message, base_)) return *wheels;
     if (clock.now() < until) continue;  // another publisher's: of an arm, say
     return err(complain({"topic " + topics_.joints,
                          "has no positions of " + base_.left_joints.front() + " and the other wheels",
@@ -96,7 +102,7 @@ Result<WheelTurn, int> BaseDriver::first_reading(TopicReader& joints) const {
   }
 }
 
-Result<void, Problem> BaseDriver::run(Way& way) const {
+Result<void, Problem> BaseDriver::run(Way& way) {
   const SystemClock clock;
   MonotonicTime next = clock.now();
   while (!way.leg.is_over()) {
@@ -109,15 +115,14 @@ Result<void, Problem> BaseDriver::run(Way& way) const {
       auto message = way.joints.take();
       if (!message) return err(message.error());
       if (!*message) break;
-      const auto wheels = wheels_in(**message, base_);
+      const auto wheels = sample_in(**message, base_);
       if (!wheels) continue;
-      way.turn = *wheels - way.begin;
-      way.leg.take(
-          way.kind == LegKind::Straight ? distance_m(base_.geometry, way.turn) : yaw_rad(base_.geometry, way.turn),
-          clock.now());
+      way.turn = wheels->turn - way.begin;
+      path_.push_back({wheels->stamp_s, way.turn});
+      way.leg.take(way.progress(base_.geometry), clock.now());
     }
-    if (way.gyro != nullptr) {
-      if (auto taken = way.gyro->take(); !taken) return taken;
+    if (way.meanwhile) {
+      if (auto taken = way.meanwhile(); !taken) return taken;
     }
     if (waits[2].revents != 0) {
       // Only refusals come unasked.
@@ -129,15 +134,16 @@ Result<void, Problem> BaseDriver::run(Way& way) const {
     if (clock.now() < next) continue;
     next = std::max(next + kPeriod, clock.now());  // after a delay no burst follows
     const double speed = way.leg.command(clock.now());
-    const bool is_straight = way.kind == LegKind::Straight;
-    if (auto sent = way.sender.send(is_straight ? speed : 0.0, is_straight ? 0.0 : speed, clock.wall_now()); !sent)
+    if (auto sent = way.sender.send(way.motion.forward_mps * speed, way.motion.yaw_rate_rps * speed, clock.wall_now());
+        !sent)
       return sent;
   }
   if (way.leg.state() != LegState::Done) return err(problem_of(way.leg.state(), topics_));
   return {};
 }
 
-Result<WheelTurn, int> BaseDriver::drive(LegKind kind, double target, double speed, GyroReference* gyro) {
+Result<WheelTurn, int> BaseDriver::drive(const Motion& motion, double target, double speed,
+                                         const std::function<Result<void, Problem>()>& meanwhile) {
   auto joints = TopicReader::open(topics_.container, topics_.joints);
   if (!joints) return err(joints.error());
   auto client = connect(topics_.container);
@@ -146,10 +152,11 @@ Result<WheelTurn, int> BaseDriver::drive(LegKind kind, double target, double spe
   if (!sender) return err(complain(sender.error()));
   const auto begin = first_reading(joints.value());
   if (!begin) return err(begin.error());
+  path_ = {{begin->stamp_s, {}}};
   const SystemClock clock;
-  Way way{kind,           joints.value(), client.value(),
-          sender.value(), gyro,           Leg{settings_of(target, speed, topics_, base_.command_timeout), clock.now()},
-          *begin};
+  Way way{motion,         joints.value(), client.value(),
+          sender.value(), meanwhile,      Leg{settings_of(target, speed, topics_, base_.command_timeout), clock.now()},
+          begin->turn};
   Result<void, Problem> done;
   {
     const StopAtEnd stop{client.value(), sender.value()};

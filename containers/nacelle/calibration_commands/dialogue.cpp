@@ -60,20 +60,34 @@ Result<double, int> Dialogue::ask_for_number(const std::string& question) {
   }
 }
 
+Result<double, int> Dialogue::ask_for_any_number(const std::string& question) {
+  while (true) {
+    const auto line = ask(question);
+    if (!line) return err(line.error());
+    if (const auto number = number_in_answer(*line)) return *number;
+    say("  '" + *line + "' is no number; write it like 0.03, or -0.03");
+  }
+}
+
 int Dialogue::ask_for_enter(const std::string& what_to_do) {
   const auto line = ask(what_to_do + ", then press Enter");
   return line ? kDone : line.error();
 }
 
 double positive_number_in(const std::string& text) {
+  const auto number = number_in_answer(text);
+  return number && *number > 0.0 ? *number : 0.0;
+}
+
+std::optional<double> number_in_answer(const std::string& text) {
   const auto begin = text.find_first_not_of(" \t");
-  if (begin == std::string::npos) return 0.0;
+  if (begin == std::string::npos) return std::nullopt;
   double number = 0.0;
   const char* const end = text.data() + text.size();
   const auto read = std::from_chars(text.data() + begin, end, number);
   // Behind it a unit, but not the rest of a number such as "1,97".
   const bool is_whole = read.ptr == end || *read.ptr == ' ' || *read.ptr == '\t';
-  return read.ec == std::errc{} && is_whole && std::isfinite(number) && number > 0.0 ? number : 0.0;
+  return read.ec == std::errc{} && is_whole && std::isfinite(number) ? std::optional{number} : std::nullopt;
 }
 
 }  // namespace nacelle::cli

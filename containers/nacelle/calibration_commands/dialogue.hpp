@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "nacelle/base/problem.hpp"
@@ -24,6 +25,8 @@ class Dialogue {
   [[nodiscard]] Result<std::string, int> ask(const std::string& question);
   /// Asks until the answer is a number above zero.
   [[nodiscard]] Result<double, int> ask_for_number(const std::string& question);
+  /// Asks until the answer is a number.
+  [[nodiscard]] Result<double, int> ask_for_any_number(const std::string& question);
   /// Asks for Enter. Returns kDone, or the exit code of an error.
   [[nodiscard]] int ask_for_enter(const std::string& what_to_do);
 
@@ -38,6 +41,8 @@ class Dialogue {
   std::string typed_;
 };
 
+/// Parses "-0.03" or "-0.03 m". Returns nothing for anything but a finite number.
+[[nodiscard]] std::optional<double> number_in_answer(const std::string& text);
 /// Parses "1.97" or "1.97 m". Returns 0 for anything but a finite number above zero.
 [[nodiscard]] double positive_number_in(const std::string& text);
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calibration_commands/dialogue.hpp"
+#include "calibration_commands/imu_drive.hpp"
 #include "calibration_commands/imu_message.hpp"
 #include "calibration_commands/model/rest.hpp"
 #include "calibration_commands/parameter_lines.hpp"
@@ -76,24 +77,37 @@ class ImuCalibration {
         mag_(correction_in("mag")),
         has_field_(has_field) {}
 
-  int run() {
-    const bool all = !wish_.gyro && !wish_.accel && !wish_.mag;
+  int run(ask::Nodes& nodes) {
+    const bool all = !wish_.gyro && !wish_.accel && !wish_.mag && !wish_.drive;
     if (wish_.gyro || all) {
       if (const int code = gyro(all); code != kDone) return code;
     }
     if (wish_.accel || all) {
       if (const int code = accel(); code != kDone) return code;
     }
-    if (wish_.mag || all) return mag(all);
+    if (wish_.mag || all) {
+      if (const int code = mag(all); code != kDone) return code;
+    }
+    if (!wish_.drive) return kDone;
+    const auto found = find_mounting(wish_, dialogue_, nodes, node_, mounting_);
+    if (!found) return found.error();
+    found_ = *found;
     return kDone;
   }
 
   /// All of the corrections, so that the file may replace an earlier one.
   [[nodiscard]] std::string text() const {
-    return parameter_file(node_,
-                          {"Written by `nacelle imu calibrate`: they replace the corrections that " + node_ +
-                           " had when it was measured."},
-                          {parameter_line("gyro_bias", gyro_bias_), parameter_line("accel_bias", accel_.bias),
+    std::vector<std::string> comments{"Written by `nacelle imu calibrate`: they replace the corrections that " + node_ +
+                                      " had when it was measured."};
+    if (found_) {
+      comments.push_back("The joint of " + found_->frame + " in the robot's description, seen from " +
+                         found_->base_frame + " (the height is as it was):");
+      comments.push_back(fmt::format("  <origin xyz=\"{:.4f}\" rpy=\"{:.4f}\"/>", fmt::join(found_->place_m, " "),
+                                     fmt::join(found_->rpy_rad, " ")));
+    }
+    return parameter_file(node_, comments,
+                          {parameter_line("mounting_rpy", found_ ? found_->mounting_rpy_rad : mounting_),
+                           parameter_line("gyro_bias", gyro_bias_), parameter_line("accel_bias", accel_.bias),
                            parameter_line("accel_matrix", accel_.matrix), parameter_line("mag_bias", mag_.bias),
                            parameter_line("mag_matrix", mag_.matrix)});
   }
@@ -225,6 +239,7 @@ class ImuCalibration {
   imu::AffineCorrection accel_, mag_;
   const bool has_field_;
   bool has_gyro_ = true;
+  std::optional<ImuMounting> found_;
 };
 
 }  // namespace
@@ -248,7 +263,7 @@ int calibrate_imu(const ImuWish& wish) {
                             return end["publisher"].get<bool>() && text_of(end, "topic") == field;
                           }).empty();
   ImuCalibration calibration{wish, dialogue, *node, std::move(*parameters), has_field};
-  if (const int code = calibration.run(); code != kDone) return code;
+  if (const int code = calibration.run(nodes); code != kDone) return code;
   return write_output(wish.output, calibration.text());
 }
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "calibration_commands/imu_message.hpp"
+
 namespace nacelle::cli {
 namespace {
 
@@ -71,6 +73,16 @@ std::optional<calibration::WheelTurn> wheels_in(const json& joint_state, const B
   const auto right = mean_position(*names, *positions, base.right_joints);
   if (!left || !right) return std::nullopt;
   return calibration::WheelTurn{*left, *right};
+}
+
+std::optional<WheelSample> sample_in(const json& joint_state, const BaseParameters& base) {
+  const auto turn = wheels_in(joint_state, base);
+  if (!turn) return std::nullopt;
+  try {
+    return WheelSample{stamp_s(joint_state), *turn};
+  } catch (const json::exception&) {
+    return std::nullopt;  // of another type
+  }
 }
 
 }  // namespace nacelle::cli

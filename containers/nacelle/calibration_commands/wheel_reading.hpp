@@ -24,8 +24,16 @@ struct BaseParameters {
 [[nodiscard]] Result<BaseParameters, Problem> base_parameters(const ParametersOf& parameters, const std::string& node,
                                                               const std::string& topic);
 
+/// A reading of the wheels.
+struct WheelSample {
+  double stamp_s = 0.0;  ///< Since the epoch of the stamps' clock.
+  calibration::WheelTurn turn;
+};
+
 /// Returns the wheels' positions in a sensor_msgs/JointState as JSON; nothing if it lacks one of them.
 [[nodiscard]] std::optional<calibration::WheelTurn> wheels_in(const nlohmann::json& joint_state,
                                                               const BaseParameters& base);
+/// As wheels_in(), with the message's stamp; nothing without one, too.
+[[nodiscard]] std::optional<WheelSample> sample_in(const nlohmann::json& joint_state, const BaseParameters& base);
 
 }  // namespace nacelle::cli

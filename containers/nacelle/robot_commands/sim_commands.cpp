@@ -4,16 +4,21 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/program.hpp"
 #include "robot_commands/commands.hpp"
+#include "robot_commands/truth_publisher.hpp"
 #include "simulation/component/run_can_device.hpp"
 #include "simulation/component/run_device.hpp"
 #include "simulation/component/run_world.hpp"
@@ -22,10 +27,25 @@
 namespace nacelle::cli {
 namespace {
 
+std::optional<double> relative_error(const std::string& text) {
+  double number = 0.0;
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, number);
+  return read.ec == std::errc{} && read.ptr == end ? std::optional{number} : std::nullopt;
+}
+
 struct WorldWish {
   simulation::WorldOptions options;
+  std::string left_radius, right_radius, track;  ///< Relative errors; empty: drawn.
+  double imu_yaw_deg = 0.0;
   bool verbose = false;
 };
+
+/// For Option::checked(): a relative error of a length.
+std::string wrong_error(const std::string& text) {
+  const auto number = relative_error(text);
+  return number && std::abs(*number) <= 0.5 ? "" : "give a number from -0.5 to 0.5, such as 0.01 for 1 % more";
+}
 
 int run_world_command(const WorldWish& wish) {
   const SystemClock clock;
@@ -145,10 +165,39 @@ void add_sim_commands(Command& root) {
       .option("--gps-error", wish->options.settings.gps.error_m,
               "standard deviation of the GPS's positions at HDOP 1, in m; 0.1 and less: RTK")
       .with_default();
+  auto& chosen = wish->options.settings;
+  world
+      .option("--left-radius-error", wish->left_radius,
+              "of the left wheel, relative: 0.01 is 1 % more (default: drawn)")
+      .value("PART")
+      .checked(wrong_error);
+  world.option("--right-radius-error", wish->right_radius, "of the right wheel").value("PART").checked(wrong_error);
+  world.option("--separation-error", wish->track, "of the wheels' separation").value("PART").checked(wrong_error);
+  world.option("--slip", chosen.errors.slip, "standard deviation of each wheel's slip, drawn each second")
+      .value("PART")
+      .with_default()
+      .within(0.0, 0.5);
+  world.option("--imu-yaw", wish->imu_yaw_deg, "degrees by which the IMU's axes are turned in the base")
+      .value("DEGREES")
+      .with_default()
+      .within(-180.0, 180.0);
+  world.option("--imu-x", chosen.known.imu_x_m, "m that the IMU is ahead of the middle of the axle")
+      .value("METRES")
+      .with_default()
+      .within(-2.0, 2.0);
+  world.option("--imu-y", chosen.known.imu_y_m, "m that it is to the left of it")
+      .value("METRES")
+      .with_default()
+      .within(-2.0, 2.0);
   world.option("--parent", wish->options.parent_pid, "end when this process ends").hidden();
   world.flag("-v,--verbose", wish->verbose, "print a summary at the end");
   world.runs([wish] {
     wish->options.end_with_parent = wish->options.parent_pid != 0;
+    auto& known = wish->options.settings.known;
+    known.left_radius = relative_error(wish->left_radius);
+    known.right_radius = relative_error(wish->right_radius);
+    known.track = relative_error(wish->track);
+    known.imu_yaw_rad = wish->imu_yaw_deg * std::numbers::pi / 180.0;
     return run_world_command(*wish);
   });
 
@@ -182,8 +231,20 @@ void add_sim_commands(Command& root) {
     command.option("device", *device, "lidar, imu, base or gps").required().one_of({"lidar", "imu", "base", "gps"});
     command.runs([folder, device, in] { return plug(*folder, *device, in); });
   }
-  with_folder("truth", "print the simulated robot's true pose and its motor board's last command as JSON")
-      .runs([folder] { return show_truth(*folder); });
+  Command& truth =
+      with_folder("truth", "print the simulated robot's true pose and its motor board's last command as JSON");
+  auto published = std::make_shared<TruthTopic>();
+  truth
+      .option("--publish", published->topic,
+              "publish pose and velocity on this topic instead (nav_msgs/Odometry), until Ctrl-C")
+      .names_a(Names::Topic);
+  truth.option("--rate", published->rate_hz, "messages/s on it").with_default().within(1.0, 500.0);
+  add_container_option(truth, published->container);
+  truth.runs([folder, published] {
+    if (published->topic.empty()) return show_truth(*folder);
+    const auto directory = folder->empty() ? running_world() : *folder;
+    return directory ? publish_truth(directory.value(), *published) : complain(directory.error());
+  });
 }
 
 }  // namespace nacelle::cli

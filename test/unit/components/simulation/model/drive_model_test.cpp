@@ -133,5 +133,29 @@ TEST(Room, a_ray_ends_at_the_nearest_wall) {
   EXPECT_NEAR(room.clearance_m(0.0, 1.1), 0.9, 1e-12) << "the wall behind";
 }
 
+TEST(KnownErrors, stand_in_for_the_draws_and_leave_the_others_as_they_were) {
+  const Room room = Room::with_two_boxes();
+  const DriveModel drawn{{.seed = 4}, room};
+  WorldSettings settings{.seed = 4};
+  settings.known.left_radius = 0.02;
+  settings.known.track = -0.03;
+  const DriveModel chosen{settings, room};
+  EXPECT_DOUBLE_EQ(chosen.geometry().left_radius_m, 0.033 * 1.02);
+  EXPECT_DOUBLE_EQ(chosen.geometry().track_m, 0.30 * 0.97);
+  EXPECT_EQ(chosen.geometry().right_radius_m, drawn.geometry().right_radius_m);
+  EXPECT_EQ(chosen.left_slip(), drawn.left_slip());
+}
+
+TEST(DriveModel, accelerates_its_turn_as_the_yaw_rate_grows) {
+  const Room room = Room::with_two_boxes();
+  DriveModel drive{perfect(), room};
+  double sum = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    drive.step(0.001, -2.0, 2.0);
+    sum += drive.yaw_acceleration_rps2() * 0.001;
+  }
+  EXPECT_NEAR(sum, drive.yaw_rate_rps(), 1e-9);
+}
+
 }  // namespace
 }  // namespace nacelle::simulation

@@ -92,5 +92,44 @@ TEST(ImuModel, feels_gravity_upwards_and_turns_to_the_left_as_positive) {
   EXPECT_LT(reading.magnetic_field_counts[2], 0.0);
 }
 
+TEST(ImuModel, beside_the_axle_feels_the_turn_pull_and_push) {
+  WorldSettings settings;
+  settings.errors = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+  settings.known.imu_x_m = 0.2;
+  settings.known.imu_y_m = -0.1;
+  const Room room = Room::with_two_boxes();
+  DriveModel drive{settings, room};
+  ImuModel imu{settings};
+  drive.step(0.001, -10.0, 10.0);
+  const double alpha = drive.yaw_acceleration_rps2(), early = drive.yaw_rate_rps();
+  Wt901Reading reading = imu.measure(drive);
+  EXPECT_GT(alpha, 1.0);
+  EXPECT_NEAR(reading.acceleration_g[0] * 9.80665, alpha * 0.1 - early * early * 0.2, 1e-9);
+  EXPECT_NEAR(reading.acceleration_g[1] * 9.80665, alpha * 0.2 + early * early * 0.1, 1e-9);
+  for (int i = 0; i < 2000; ++i) drive.step(0.001, -10.0, 10.0);
+  const double w = drive.yaw_rate_rps();
+  reading = imu.measure(drive);
+  EXPECT_NEAR(reading.acceleration_g[0] * 9.80665, -w * w * 0.2, 1e-6) << "towards the axle's middle, which is behind";
+  EXPECT_NEAR(reading.acceleration_g[1] * 9.80665, w * w * 0.1, 1e-6);
+}
+
+TEST(ImuModel, that_is_turned_measures_along_its_own_axes) {
+  WorldSettings settings;
+  settings.errors = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+  const Room room = Room::with_two_boxes();
+  DriveModel drive{settings, room};
+  ImuModel along{settings};
+  settings.known.imu_yaw_rad = M_PI / 2.0;
+  ImuModel turned{settings};
+  for (int i = 0; i < 30; ++i) drive.step(0.001, 5.0, 9.0);
+  const Wt901Reading a = along.measure(drive), t = turned.measure(drive);
+  EXPECT_GT(a.acceleration_g[0], 0.01);
+  EXPECT_NEAR(t.acceleration_g[0], a.acceleration_g[1], 1e-9) << "its x axis looks to the left";
+  EXPECT_NEAR(t.acceleration_g[1], -a.acceleration_g[0], 1e-9);
+  EXPECT_NEAR(t.angular_velocity_dps[2], a.angular_velocity_dps[2], 1e-9);
+  EXPECT_NEAR(t.magnetic_field_counts[0], a.magnetic_field_counts[1], 1e-9);
+  EXPECT_NEAR(std::remainder(t.angles_deg[2] - a.angles_deg[2], 360.0), 90.0, 0.5);
+}
+
 }  // namespace
 }  // namespace nacelle::simulation

@@ -6,6 +6,7 @@
 
 #include "calibration_commands/dialogue.hpp"
 #include "calibration_commands/parameter_lines.hpp"
+#include "calibration_commands/umbmark_calibration.hpp"
 #include "calibration_commands/wheel_reading.hpp"
 #include "nacelle/launch/parameter_file.hpp"
 
@@ -106,6 +107,32 @@ TEST(Topic, beside_a_node_is_in_its_namespace) {
   EXPECT_EQ(beside("/imu", "imu/mag"), "/imu/mag");
   EXPECT_EQ(beside("/robot/imu", "imu/mag"), "/robot/imu/mag");
   EXPECT_EQ(beside("/robot/imu", "/mag"), "/mag");
+}
+
+TEST(Answer, may_be_any_number) {
+  EXPECT_EQ(number_in_answer("-0.03 m"), -0.03);
+  EXPECT_EQ(number_in_answer("0"), 0.0);
+  for (const char* const wrong : {"", " ", "m", "1,97", "nan", "-inf", "--1"})
+    EXPECT_FALSE(number_in_answer(wrong)) << wrong;
+}
+
+TEST(Answer, to_where_a_square_ended_is_two_numbers) {
+  EXPECT_EQ(wrong_end("0.03,-0.12"), "");
+  EXPECT_EQ(wrong_end("0,0"), "");
+  for (const char* const wrong : {"", "0.1", "0.1;0.2", "0.1,", ",0.1", "0.1,a", "1,2,3"})
+    EXPECT_NE(wrong_end(wrong), "") << wrong;
+}
+
+TEST(WheelReading, has_the_stamp_of_its_message) {
+  const auto base = base_parameters(parameters_of_a_base(), "/base", "/cmd_vel");
+  ASSERT_TRUE(base);
+  json message{{"name", {"l1", "l2", "r1", "r2"}}, {"position", {1.0, 1.0, 2.0, 2.0}}};
+  EXPECT_FALSE(sample_in(message, *base)) << "without a header";
+  message["header"]["stamp"] = {{"sec", 12}, {"nanosec", 500000000}};
+  const auto sample = sample_in(message, *base);
+  ASSERT_TRUE(sample);
+  EXPECT_DOUBLE_EQ(sample->stamp_s, 12.5);
+  EXPECT_DOUBLE_EQ(sample->turn.right_rad, 2.0);
 }
 
 }  // namespace
