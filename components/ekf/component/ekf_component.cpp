@@ -67,6 +67,10 @@ EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", op
   using diagnostic_msgs::srv::SelfTest;
   status_service_ = create_service<SelfTest>(
       "~/status", [this](const SelfTest::Request&, SelfTest::Response& response) { answer_status(response); });
+  using Toggle = robot_localization::srv::ToggleFilterProcessing;
+  toggle_service_ = create_service<Toggle>(
+      "toggle",
+      [this](const Toggle::Request& request, Toggle::Response& response) { response.status = toggle(request.on); });
 
   // Declares here what the parameters name; problems with them are reported when the node is configured.
   const auto read = read_ekf_parameters(*this);
@@ -101,7 +105,7 @@ void EkfComponent::listen(std::size_t index, const InputOptions& input) {
   subscriptions_.push_back(create_subscription<Message>(input.topic,
                                                         SensorDataQoS(QoS(static_cast<std::size_t>(input.queue_size))),
                                                         [this, index](const Message& message, const MessageInfo& info) {
-                                                          if (!enabled_) return;
+                                                          if (!enabled_ || !toggled_on_) return;
                                                           inputs_[index]->comes_from(info.writer_id, info.sequence);
                                                           inputs_[index]->take(message);
                                                         }));
@@ -162,9 +166,11 @@ CallbackReturn EkfComponent::on_configure(const State&) {
         std::make_unique<Input>(input, InputContext{&*filter_, buffer_.get(), &*options_, &steady_clock()}, next));
     next = static_cast<std::uint16_t>(next + inputs_.back()->parts().size());
   }
+  if (const auto problem = open_debug_output()) return refuse(*problem);
   enabled_ = !options_->disabled_at_startup;
+  toggled_on_ = true;
   follows_sim_time_ = get<bool>("use_sim_time");
-  told_disabled_ = told_command_frame_ = false;
+  told_disabled_ = told_command_frame_ = told_no_odom_ = false;
   time_resets_ = 0;
   if (const History* const history = filter_->history()) get_logger().info("{}", in_words(*history));
   timer_ = create_timer(from_seconds(1.0 / options_->frequency_hz), [this] { tick(); });
@@ -186,6 +192,7 @@ CallbackReturn EkfComponent::on_cleanup(const State&) {
   late_watch_.reset();
   inputs_.clear();
   filter_.reset();
+  debug_.reset();
   options_.reset();
   return CallbackReturn::SUCCESS;
 }
@@ -208,13 +215,16 @@ void EkfComponent::tick() {
   const WallTime time = now();
   const MonotonicTime monotonic = steady_clock().now();
   // Simulated time may run at any rate: real time says nothing about it.
-  filter_->step(time, follows_sim_time_ ? MonotonicTime{} : monotonic);
+  const MonotonicTime beat = follows_sim_time_ ? MonotonicTime{} : monotonic;
+  toggled_on_ ? filter_->step(time, beat) : filter_->hold(time, beat);
   if (filter_->time_resets() != std::exchange(time_resets_, filter_->time_resets())) after_time_reset();
   if (const auto output = filter_->output(time)) publish(*output);
   if (monotonic < next_look_) return;
   next_look_ = monotonic + kLookPeriod;
-  watch_->look(inputs_, *filter_, get_logger());
-  late_watch_->look(inputs_, *filter_, get_logger());
+  if (toggled_on_) {
+    watch_->look(inputs_, *filter_, get_logger());
+    late_watch_->look(inputs_, *filter_, get_logger());
+  }
   if (!diagnostics_) return;
   auto message = diagnostics_->borrow();
   if (!message) return;
@@ -257,9 +267,9 @@ void EkfComponent::publish_transform(const Filter::Output& output) {
   RigidTransform X{spatial::quaternion_from_rpy({x[kRoll], x[kPitch], x[kYaw]}), {x[kX], x[kY], x[kZ]}};
   if (options_->corrects_odom()) {
     // map -> odom, from map -> base and the odometry's own odom -> base.
-    const auto X_BO = buffer_->lookup_latest(options_->base_link_frame, options_->odom_frame);
-    if (!X_BO) return;
-    X = X * X_BO->X_TS;
+    const auto X_MO = map_to_odom(output);
+    if (!X_MO) return;
+    X = *X_MO;
   }
   auto message = transforms_->borrow();
   if (!message) return;
@@ -288,9 +298,19 @@ void EkfComponent::publish_acceleration(const Filter::Output& output) {
   accel.linear.x = x[kAx];
   accel.linear.y = x[kAy];
   accel.linear.z = x[kAz];
-  accel.angular.x = accel.angular.y = accel.angular.z = 0.0;
+  const Eigen::Vector3d alpha_B = filter_->turning().alpha_B;
+  accel.angular.x = alpha_B.x();
+  accel.angular.y = alpha_B.y();
+  accel.angular.z = alpha_B.z();
   message->accel.covariance.fill(0.0);
   write_block(output.belief->covariance, kAx, 3, message->accel.covariance);
+  // A difference of two rates over a period. Source: robot_localization, RosFilter::differentiateMeasurements.
+  const double per_period = 2.0 * options_->frequency_hz * options_->frequency_hz;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      message->accel.covariance[static_cast<std::size_t>((3 + i) * 6 + 3 + j)] =
+          per_period * output.belief->covariance(kVroll + i, kVroll + j);
+  }
   acceleration_->publish(std::move(message));
 }
 

@@ -14,8 +14,10 @@
 #include <geometry_msgs/msg/twist_stamped.hpp>
 #include <nav_msgs/msg/odometry.hpp>
 #include <robot_localization/srv/set_pose.hpp>
+#include <robot_localization/srv/toggle_filter_processing.hpp>
 #include <std_srvs/srv/empty.hpp>
 #include <tf2_msgs/msg/tf_message.hpp>
+#include "ekf/component/debug_output.hpp"
 #include "ekf/component/ekf_options.hpp"
 #include "ekf/component/input.hpp"
 #include "ekf/component/late_report.hpp"
@@ -29,7 +31,7 @@ namespace nacelle::ekf {
 /// estimate out, one each per tick of `frequency`, with stamps that only grow.
 ///
 /// A tick without a new measurement publishes the state carried on to now, where ekf_node stays silent. set_pose is a topic
-/// and a service, reset and enable are services; with use_control cmd_vel is an input of the prediction. The component looks up the frames of
+/// and a service, reset, enable and toggle are services; with use_control cmd_vel is an input of the prediction. The component looks up the frames of
 /// its inputs in the container's one TransformBuffer.
 /// Threads: the component's executor. Allocates: nothing at the rate of the inputs and outputs.
 class EkfComponent final : public LifecycleNode {
@@ -56,10 +58,14 @@ class EkfComponent final : public LifecycleNode {
   void after_time_reset();
   void enable();
   void answer_status(diagnostic_msgs::srv::SelfTest::Response& response);
+  [[nodiscard]] bool toggle(bool on);
+  [[nodiscard]] std::optional<Problem> open_debug_output();
+  [[nodiscard]] std::optional<RigidTransform> map_to_odom(const Filter::Output& output);
   void listen_to_commands(bool stamped);
   void command(const geometry_msgs::msg::Twist& twist, WallTime stamp);
 
   std::optional<EkfOptions> options_;
+  std::unique_ptr<DebugOutput> debug_;  // outlives the filter
   std::optional<Filter> filter_;
   std::vector<std::unique_ptr<Input>> inputs_;
   std::optional<Watch> watch_;
@@ -71,6 +77,7 @@ class EkfComponent final : public LifecycleNode {
   std::shared_ptr<Service<robot_localization::srv::SetPose>> set_pose_service_;
   std::shared_ptr<Service<std_srvs::srv::Empty>> reset_service_, enable_service_;
   std::shared_ptr<Service<diagnostic_msgs::srv::SelfTest>> status_service_;
+  std::shared_ptr<Service<robot_localization::srv::ToggleFilterProcessing>> toggle_service_;
   std::shared_ptr<SubscriptionBase> commands_;
   std::shared_ptr<Publisher<nav_msgs::msg::Odometry>> odometry_;
   std::shared_ptr<Publisher<geometry_msgs::msg::AccelWithCovarianceStamped>> acceleration_;
@@ -81,6 +88,8 @@ class EkfComponent final : public LifecycleNode {
   MonotonicTime next_look_{};
   std::uint64_t time_resets_{0};  // of the filter, as seen last
   bool enabled_{true};
+  bool toggled_on_{true};
+  bool told_no_odom_{false};
   bool follows_sim_time_{false};
   bool told_disabled_{false};
   bool told_command_frame_{false};

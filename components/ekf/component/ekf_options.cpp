@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "ekf/component/debug_file.hpp"
 #include "ekf/component/ekf_parameters.hpp"
 #include "ekf/component/history_options.hpp"
 #include "ekf/component/wheeled_noise_parameters.hpp"
@@ -110,6 +111,7 @@ Result<void, Problem> read_filter(const Node& node, EkfOptions& options) {
   if (!(timeout_s > 0.0) || !(timeout_s < 1e6))
     return err(wrong("sensor_timeout", fmt::format("is {}", timeout_s), "give seconds, more than 0"));
   filter.sensor_timeout = from_seconds(timeout_s);
+  filter.timeout_from_stamp = node.get<bool>("sensor_timeout_from_stamp");
   return {};
 }
 
@@ -215,8 +217,6 @@ Result<void, Problem> read_control(const Node& node, EkfOptions& options) {
 
 Result<EkfOptions, Problem> read_ekf_parameters(const Node& node) {
   EkfOptions options;
-  if (node.get<bool>("debug"))
-    return err(wrong("debug", "is true, which this filter does not serve", "set it to false"));
   options.frequency_hz = node.get<double>("frequency");
   if (!(options.frequency_hz > 0.0) || options.frequency_hz > 10000.0) {
     return err(
@@ -229,6 +229,11 @@ Result<EkfOptions, Problem> read_ekf_parameters(const Node& node) {
   options.print_diagnostics = node.get<bool>("print_diagnostics");
   options.disabled_at_startup = node.get<bool>("disabled_at_startup");
   options.gravity_mps2 = node.get<double>("gravitational_acceleration");
+  options.debug = node.get<bool>("debug");
+  if (options.debug)
+    options.debug_out_file =
+        DebugFile::path_for(node.get<std::string>("debug_out_file"), node.get_fully_qualified_name());
+  options.robot_localization_rotations = node.get<bool>("robot_localization_rotations");
   const double offset_s = node.get<double>("transform_time_offset");
   if (!(std::abs(offset_s) <= 3600.0))
     return err(wrong("transform_time_offset", fmt::format("is {}", offset_s), "give seconds"));

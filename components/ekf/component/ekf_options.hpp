@@ -41,8 +41,11 @@ struct EkfOptions {
   bool publish_tf = true;
   bool publish_acceleration = false;
   bool print_diagnostics = false;
-  bool disabled_at_startup = false;  ///< Until the service enable is called.
-  bool stamped_control = false;      ///< cmd_vel is a TwistStamped.
+  bool disabled_at_startup = false;           ///< Until the service enable is called.
+  bool stamped_control = false;               ///< cmd_vel is a TwistStamped.
+  bool robot_localization_rotations = false;  ///< Turns of tilted mountings as robot_localization has them.
+  bool debug = false;                         ///< Write what the filter does into debug_out_file.
+  std::string debug_out_file;                 ///< A path; set if debug is.
   Duration transform_time_offset{};
   double gravity_mps2 = 9.80665;
   std::vector<InputOptions> inputs;

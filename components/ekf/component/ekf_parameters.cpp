@@ -135,6 +135,9 @@ void declare_ekf_parameters(Node& node) {
   const auto frequency_hz = node.get<double>("frequency");
   node.declare_parameter("sensor_timeout", 1.0 / (frequency_hz > 0.0 ? frequency_hz : d.frequency_hz),
                          say("Silence after which the state is carried on to now, s; 1/frequency unless set."));
+  node.declare_parameter("sensor_timeout_from_stamp", false,
+                         say("Count the silence from the stamp of the last measurement, as robot_localization does; by "
+                             "default from the output after its arrival, so that a late sensor is not a silent one."));
   node.declare_parameter("two_d_mode", d.filter.two_d_mode,
                          say("Hold z, roll, pitch, vz, vroll, vpitch and az at 0: for a robot on a plane."));
   node.declare_parameter("measurement_queue_limit", static_cast<std::int64_t>(d.filter.queue_limit),
@@ -165,6 +168,9 @@ void declare_ekf_parameters(Node& node) {
   node.declare_parameter("publish_acceleration", d.publish_acceleration, say("Publish accel/filtered."));
   node.declare_parameter("gravitational_acceleration", d.gravity_mps2,
                          say("Gravity that is subtracted from accelerations, m/s^2."));
+  node.declare_parameter("robot_localization_rotations", false,
+                         say("Take tilted mountings and differences of poses as robot_localization does (docs/ekf.md), "
+                             "not as rotations."));
   node.declare_parameter("dynamic_process_noise_covariance", false,
                          say("Scale the pose's process noise by the velocity."));
   node.declare_parameter("process_noise_covariance", std::vector<double>{},
@@ -173,9 +179,13 @@ void declare_ekf_parameters(Node& node) {
   node.declare_parameter("initial_estimate_covariance", std::vector<double>{},
                          say("15 numbers (diagonal), 225, or 36 (pose block)."));
   node.declare_parameter("initial_state", std::vector<double>{}, say("15 numbers; zeros unless set."));
-  // Parameters of robot_localization. Only the default is supported; another value is refused at configure.
-  node.declare_parameter("debug", false, say("Must be false; true is not supported."));
-  node.declare_parameter("debug_out_file", "", say("Not used."));
+  node.declare_parameter("debug", false,
+                         say("Write every prediction and measurement, with the state behind it, into debug_out_file."));
+  node.declare_parameter(
+      "debug_out_file", "",
+      say("A file in memory, kept to its last 8 to 16 MiB. A name without a slash in front is in the "
+          "folder of the service or the user under /run, else in /dev/shm/nacelle-<uid>. By default "
+          "robot_localization_debug.<node>.txt."));
   declare_history_parameters(node);
   node.declare_parameter("use_control", false, say("Predict with the velocity that cmd_vel commands."));
   node.declare_parameter(

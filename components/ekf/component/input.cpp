@@ -124,6 +124,8 @@ Prepared Input::prepare(WallTime stamp, const PoseIn& in, Reading& out) {
     // The message is the pose of its child. The base's pose follows from the child's mounting.
     const auto X_CB = transform(in.child, context_.options->base_link_frame, stamp);
     if (!X_CB) return err(X_CB.error());
+    if (how.rotations_of_robot_localization)
+      return prepare_as_robot_localization(stamp, in, {X_MB, *X_CB, covariance}, out);
     X_MB = X_MB * *X_CB;
   }
   if (options_.differential) {
@@ -132,6 +134,24 @@ Prepared Input::prepare(WallTime stamp, const PoseIn& in, Reading& out) {
   const auto X_WM = transform(context_.options->world_frame,
                               in.frame.empty() ? std::string_view{context_.options->world_frame} : in.frame, stamp);
   if (!X_WM) return err(X_WM.error());
+  if (options_.relative) X_MB = relative_to_first(memory_, X_MB);
+  return prepare_pose(X_MB, covariance, *X_WM, how, out);
+}
+
+// A pose of a child frame as robot_localization takes it: it turns the covariance by the child's mounting, and the difference of two poses is
+// the child's velocity. Source: RosFilter::preparePose, steps 5b, 7a to 7e and 7g.
+Prepared Input::prepare_as_robot_localization(WallTime stamp, const PoseIn& in, const ChildPose& child, Reading& out) {
+  const PartSetup how = setup(part(kPoseMask)->mask, options_.pose_gate);
+  const Matrix6d covariance =
+      spatial::rotate_covariance(Eigen::Matrix3d{child.X_CB.rotation.toRotationMatrix().transpose()}, child.covariance);
+  if (options_.differential) {
+    return prepare_difference(memory_, stamp, child.X_MC, covariance, child.X_CB.inverse(),
+                              context_.filter->turning().w_B, how, out);
+  }
+  const auto X_WM = transform(context_.options->world_frame,
+                              in.frame.empty() ? std::string_view{context_.options->world_frame} : in.frame, stamp);
+  if (!X_WM) return err(X_WM.error());
+  RigidTransform X_MB = child.X_MC * child.X_CB;
   if (options_.relative) X_MB = relative_to_first(memory_, X_MB);
   return prepare_pose(X_MB, covariance, *X_WM, how, out);
 }
@@ -181,16 +201,10 @@ Prepared Input::prepare_imu_orientation(const sensor_msgs::msg::Imu& message, Wa
   if (!q_WS) return err(q_WS.error());
   const Eigen::Matrix3d covariance = matrix_of(message.orientation_covariance);
   const PartSetup how = setup(part(kOrientationMask)->mask, options_.pose_gate);
-  if (options_.differential) {
-    return prepare_difference(memory_, stamp, {*q_WS, Eigen::Vector3d::Zero()}, lower_right(covariance), *X_BS,
-                              Eigen::Vector3d::Zero(), how, out);
-  }
-  Eigen::Quaterniond seen = *q_WS;
-  if (options_.relative) {
-    // Relative to how it sat on the base at first: the mounting stays in, for prepare_orientation() to take out.
-    seen = X_BS->rotation * relative_to_first(memory_, {seen, Eigen::Vector3d::Zero()}).rotation;
-  }
-  return prepare_orientation(seen, covariance, *X_BS, how, out);
+  Eigen::Quaterniond q_WB = base_orientation(*q_WS, *X_BS, how);
+  if (options_.differential) { return prepare_turn(memory_, stamp, q_WB, covariance, *X_BS, how, out); }
+  if (options_.relative) q_WB = relative_to_first(memory_, {q_WB, Eigen::Vector3d::Zero()}).rotation;
+  return prepare_orientation(q_WB, covariance, *X_BS, how, out);
 }
 
 Prepared Input::prepare_imu_acceleration(const sensor_msgs::msg::Imu& message, WallTime stamp, Reading& out) {
@@ -210,6 +224,10 @@ Prepared Input::prepare_imu_acceleration(const sensor_msgs::msg::Imu& message, W
       q_WS = *told;
     }
     gravity_S = q_WS.conjugate() * Eigen::Vector3d{0.0, 0.0, context_.options->gravity_mps2};
+    // robot_localization takes the attitude of a relative input for one that begins level.
+    if (context_.options->robot_localization_rotations && options_.relative &&
+        !is_absent(message.orientation_covariance))
+      gravity_S = X_BS->rotation.conjugate() * gravity_S;
   }
   return prepare_acceleration(vector_of(message.linear_acceleration), matrix_of(message.linear_acceleration_covariance),
                               gravity_S, *X_BS, context_.filter->turning(),

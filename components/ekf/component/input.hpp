@@ -40,6 +40,10 @@ class Input {
   void comes_from(std::uint64_t writer, std::uint64_t sequence);
   /// Forgets the reference of differential and relative poses.
   void forget();
+  /// Forgets the last pose of a differential input: the motion since then was not looked at.
+  void skip_motion() {
+    if (options_.differential) memory_ = {};
+  }
   /// What is sent while nothing listens is no loss.
   void begin() { heard_ = {}; }
 
@@ -71,6 +75,12 @@ class Input {
   void take_pose(WallTime stamp, const PoseIn& in);
   void take_twist(WallTime stamp, std::string_view frame, const geometry_msgs::msg::TwistWithCovariance& twist);
   [[nodiscard]] Prepared prepare(WallTime stamp, const PoseIn& in, Reading& out);
+  struct ChildPose {
+    RigidTransform X_MC, X_CB;
+    Matrix6d covariance;
+  };
+  [[nodiscard]] Prepared prepare_as_robot_localization(WallTime stamp, const PoseIn& in, const ChildPose& child,
+                                                       Reading& out);
   [[nodiscard]] Prepared prepare_imu_orientation(const sensor_msgs::msg::Imu& message, WallTime stamp, Reading& out);
   [[nodiscard]] Prepared prepare_imu_acceleration(const sensor_msgs::msg::Imu& message, WallTime stamp, Reading& out);
   /// The transform at the time, or the latest if there is none at that time.
@@ -80,7 +90,7 @@ class Input {
     return frame.empty() ? std::string_view{context_.options->base_link_frame} : frame;
   }
   [[nodiscard]] PartSetup setup(StateMask mask, double gate) const {
-    return {mask, gate, context_.options->filter.two_d_mode};
+    return {mask, gate, context_.options->filter.two_d_mode, context_.options->robot_localization_rotations};
   }
   [[nodiscard]] const Part* part(StateMask mask) const;
   /// Starts a message: what time it is. Read once for all its parts.

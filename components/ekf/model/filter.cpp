@@ -17,6 +17,15 @@ constexpr Duration kLongestPause = 10s;
 // Farther behind the filter than this, the clock was set back.
 constexpr Duration kClockStep = 1s;
 
+// Of the state of row k with the states that the reading does not measure.
+void clear_correlations(StateCovariance& covariance, const Reading& reading, int k) {
+  const int at = reading.index[static_cast<std::size_t>(k)];
+  for (int i = 0; i < kStates; ++i) {
+    const auto* const end = reading.index.begin() + reading.rows;
+    if (std::find(reading.index.begin(), end, i) == end) covariance(i, at) = covariance(at, i) = 0.0;
+  }
+}
+
 }  // namespace
 
 Filter::Filter(const FilterOptions& options)
@@ -144,7 +153,9 @@ void Filter::step(WallTime now, MonotonicTime beat) {
     fused_any = fused_early || proven_ > stood;  // what came late is no news of now
   }
   if (!initialised_) return;
-  const bool silent = !fused_any && now - last_step_ >= options_.sensor_timeout;
+  const WallTime heard = options_.timeout_from_stamp ? stamp_ : last_step_;
+  const bool may_be_silent = !options_.timeout_from_stamp || queue_.empty();
+  const bool silent = !fused_any && may_be_silent && now - heard >= options_.sensor_timeout;
   if ((silent || options_.predict_to_current_time) && now > stamp_) advance_to(now);
   if (silent || fused_any) {
     last_step_ = now;
@@ -152,6 +163,16 @@ void Filter::step(WallTime now, MonotonicTime beat) {
   }
   differentiate(now);
   if (history_) end_replays();
+}
+
+void Filter::hold(WallTime now, MonotonicTime beat) {
+  beat_ = beat;
+  fused_early_ = false;
+  drop_waiting(Rejection::Stale);
+  if (!initialised_) return;
+  stamp_ = last_step_ = proven_ = now;
+  last_beat_ = beat;
+  begin_history();
 }
 
 // The angular acceleration is a difference over steps, not over stamps: two inputs may stamp microseconds apart.
@@ -207,6 +228,7 @@ void Filter::process(const Measurement& measurement, Pass pass) {
   }
   const Reading& reading = innovations_.note(measurement.part, measurement.stamp, belief_, measurement.reading);
   const auto fused = fuse(belief_, reading);
+  if (observer_ != nullptr) observer_->corrected(measurement, fused, belief_);
   if (!counts) return;
   if (fused) {
     ++stats.fused;
@@ -233,7 +255,13 @@ bool Filter::initialise_from(const Reading& reading) {
     }
     first.covariance(i, i) = std::max(std::abs(first.covariance(i, i)), kSmallestVariance);
   }
-  if (!first.mean.allFinite() || !is_positive_definite(first.covariance)) return false;
+  if (!first.mean.allFinite()) return false;
+  // Correlations of the initial estimate with what is measured now may contradict the measurement's variances. They go.
+  // robot_localization keeps them: its first covariance is none then.
+  if (!is_positive_definite(first.covariance)) {
+    for (int k = 0; k < reading.rows; ++k) clear_correlations(first.covariance, reading, k);
+  }
+  if (!is_positive_definite(first.covariance)) return false;
   belief_ = first;
   initialised_ = true;
   return true;
@@ -260,19 +288,24 @@ void Filter::advance_to(WallTime stamp) {
       jumped_ = true;
     }
     carry_in_pieces(gap, stamp);
+    if (observer_ != nullptr) observer_->predicted(stamp, to_seconds(gap), belief_);
   }
   stamp_ = stamp;
   proven_ = std::max(proven_, stamp);
 }
 
 void Filter::carry(Belief& belief, double dt_s, WallTime to) const {
-  if (options_.control.any()) {
+  const auto follow_command = [&] {
+    if (!options_.control.any()) return;
     const bool fresh = to - command_stamp_ < options_.control.timeout;
     apply_control(belief.mean, fresh ? command_ : decltype(command_){}, dt_s, options_.control);
-  }
+  };
   if (options_.dynamic_process_noise) {
-    advance(belief, dt_s, scaled_by_velocity(options_.process_noise, belief.mean));
+    const ProcessNoise noise = scaled_by_velocity(options_.process_noise, belief.mean);  // before the command, as there
+    follow_command();
+    advance(belief, dt_s, noise);
   } else {
+    follow_command();
     advance(belief, dt_s, options_.process_noise);
   }
 }

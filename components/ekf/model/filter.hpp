@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ekf/model/control.hpp"
+#include "ekf/model/filter_observer.hpp"
 #include "ekf/model/history.hpp"
 #include "ekf/model/innovations.hpp"
 #include "ekf/model/measurement_queue.hpp"
@@ -20,6 +21,8 @@ struct FilterOptions {
   Belief initial;
   Duration sensor_timeout = 33ms;  ///< Without a measurement for this long the state is carried on to now.
   Duration period = 33ms;          ///< From one step() to the next.
+  bool timeout_from_stamp =
+      false;  ///< The silence counts from the filter's stamp, and nothing may wait; else from the last step that fused.
   bool two_d_mode = false;
   bool predict_to_current_time = false;
   bool dynamic_process_noise = false;
@@ -81,6 +84,12 @@ class Filter {
   /// not predicted onwards. The estimate holds in both cases. `beat` measures the real time since the last step. If it is zero
   /// (simulated time), only the rates distinguish a gap from a clock that was set.
   void step(WallTime now, MonotonicTime beat = {});
+
+  /// Keeps the estimate as it is, with `now` as its stamp, and drops what waits: instead of a step, while the filter is toggled off.
+  /// Source: robot_localization, RosFilter::periodicUpdate.
+  void hold(WallTime now, MonotonicTime beat = {});
+  /// Sees everything that the filter does; null: nobody. Must outlive the filter.
+  void observe(FilterObserver* observer) { observer_ = observer; }
 
   /// Resumes steps after a gap in which the robot's motion is unknown.
   void resume() { beat_ = last_beat_ = {}; }
@@ -189,6 +198,7 @@ class Filter {
   std::uint64_t repairs_{0};
   std::uint64_t clock_steps_{0};
   std::uint64_t time_resets_{0};
+  FilterObserver* observer_{nullptr};
   bool initialised_{false};
   bool jumped_{false};       // a clock that was set: what is older belongs to another time line
   bool corrected_{false};    // by a late measurement, since the last output

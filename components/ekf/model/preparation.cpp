@@ -6,8 +6,6 @@
 namespace nacelle::ekf {
 namespace {
 
-using spatial::wrap_to_pi;
-
 constexpr double kMaskLength = 1e-6;    // robot_localization: rows of a rotated mask shorter than this are off
 constexpr double kFlatVariance = 1e-6;  // robot_localization, forceTwoD
 
@@ -79,6 +77,42 @@ Eigen::Matrix<double, Size, Size> cleaned(const Eigen::Matrix<double, Size, Size
   return clean;
 }
 
+// An IMU that faces sideways pitches when the robot rolls; its yaw is the robot's however it is mounted.
+Eigen::Matrix3d by_mounting_yaw(const RigidTransform& X_BS) {
+  return spatial::matrix_from_rpy({0.0, 0.0, spatial::rpy_from_quaternion(X_BS.rotation).yaw_rad});
+}
+
+// Poses and orientations of a differential input: the step since the last one, how long it took and the sum of the covariances.
+struct Difference {
+  RigidTransform step;
+  double dt_s{};
+  Matrix6d covariance;
+};
+Result<Difference, Rejection> difference(PoseMemory& memory, WallTime stamp, const RigidTransform& X_now,
+                                         const Matrix6d& covariance) {
+  const PoseMemory before = memory;
+  memory = {true, stamp, X_now, covariance};
+  if (!before.filled) return err(Rejection::First);
+  const double dt_s = to_seconds(stamp - before.stamp);
+  if (!(dt_s > 0.0)) return err(Rejection::Stale);
+  return Difference{before.X.inverse() * X_now, dt_s, (covariance + before.covariance) * dt_s};
+}
+
+// The velocity that makes a step; robot_localization takes the chord and the angles.
+Vector6d velocity_of(const Difference& d, const PartSetup& setup) {
+  if (!setup.rotations_of_robot_localization) return twist_of(d.step) / d.dt_s;
+  const auto turn = spatial::rpy_from_quaternion(d.step.rotation);
+  Vector6d twist;
+  twist << d.step.translation_m, turn.roll_rad, turn.pitch_rad, turn.yaw_rad;
+  return twist / d.dt_s;
+}
+
+PartSetup of_velocities(const PartSetup& poses, unsigned mask) {
+  PartSetup velocities = poses;
+  velocities.mask = static_cast<StateMask>((mask & kPoseMask) << kVx);
+  return velocities;
+}
+
 }  // namespace
 
 Prepared prepare_pose(const RigidTransform& X_MB, const Matrix6d& covariance, const RigidTransform& X_WM,
@@ -105,17 +139,19 @@ Prepared prepare_twist(const Vector6d& twist_S, const Matrix6d& covariance, cons
   return append<6>(values, spatial::rotate_covariance(R, cleaned<6>(covariance, setup.mask, kVx)), on, kVx, setup, out);
 }
 
-Prepared prepare_orientation(const Eigen::Quaterniond& q_WS, const Eigen::Matrix3d& covariance,
+Eigen::Quaterniond base_orientation(const Eigen::Quaterniond& q_WS, const RigidTransform& X_BS,
+                                    const PartSetup& setup) {
+  return setup.rotations_of_robot_localization ? base_orientation_by_angles(q_WS, X_BS.rotation)
+                                               : base_orientation(q_WS, X_BS.rotation);
+}
+
+Prepared prepare_orientation(const Eigen::Quaterniond& q_WB, const Eigen::Matrix3d& covariance,
                              const RigidTransform& X_BS, const PartSetup& setup, Reading& out) {
-  const auto mount = spatial::rpy_from_quaternion(X_BS.rotation);
-  const auto seen = spatial::rpy_from_quaternion(q_WS);
-  const Eigen::Matrix3d R = spatial::matrix_from_rpy({0.0, 0.0, mount.yaw_rad});
-  // An IMU that faces sideways pitches when the robot rolls: the differences are turned by the mounting yaw.
-  const Eigen::Vector3d values =
-      R * Eigen::Vector3d{wrap_to_pi(seen.roll_rad - mount.roll_rad), wrap_to_pi(seen.pitch_rad - mount.pitch_rad),
-                          wrap_to_pi(seen.yaw_rad - mount.yaw_rad)};
+  const auto rpy = spatial::rpy_from_quaternion(q_WB);
+  const Eigen::Matrix3d R = by_mounting_yaw(X_BS);
   const Eigen::Matrix3d turned = spatial::rotate_covariance(R, cleaned<3>(covariance, setup.mask, kRoll));
-  return append<3>(values, turned, rotated_mask(R, setup.mask, kRoll), kRoll, setup, out);
+  return append<3>({rpy.roll_rad, rpy.pitch_rad, rpy.yaw_rad}, turned, rotated_mask(R, setup.mask, kRoll), kRoll, setup,
+                   out);
 }
 
 Prepared prepare_acceleration(const Eigen::Vector3d& a_S, const Eigen::Matrix3d& covariance,
@@ -125,8 +161,9 @@ Prepared prepare_acceleration(const Eigen::Vector3d& a_S, const Eigen::Matrix3d&
   const Eigen::Vector3d& p = X_BS.translation_m;
   const Eigen::Vector3d& w = turning.w_B;
   // A point p of a turning body is accelerated by alpha x p + w x (w x p) more than its origin.
+  const Eigen::Vector3d gravity = setup.rotations_of_robot_localization ? gravity_S : R * gravity_S;
   const Eigen::Vector3d values =
-      R * (configured_or_zero(a_S, setup.mask, kAx) - gravity_S) - turning.alpha_B.cross(p) - w.cross(w.cross(p));
+      R * configured_or_zero(a_S, setup.mask, kAx) - gravity - turning.alpha_B.cross(p) - w.cross(w.cross(p));
   const Eigen::Matrix3d turned = spatial::rotate_covariance(R, cleaned<3>(covariance, setup.mask, kAx));
   return append<3>(values, turned, rotated_mask(R, setup.mask, kAx), kAx, setup, out);
 }
@@ -134,21 +171,26 @@ Prepared prepare_acceleration(const Eigen::Vector3d& a_S, const Eigen::Matrix3d&
 Prepared prepare_difference(PoseMemory& memory, WallTime stamp, const RigidTransform& X_now, const Matrix6d& covariance,
                             const RigidTransform& X_BS, const Eigen::Vector3d& w_B, const PartSetup& setup,
                             Reading& out) {
-  const PoseMemory before = memory;
-  memory = {true, stamp, X_now, covariance};
-  if (!before.filled) return err(Rejection::First);
-  const double dt_s = to_seconds(stamp - before.stamp);
-  if (!(dt_s > 0.0)) return err(Rejection::Stale);
-  const RigidTransform step = before.X.inverse() * X_now;
-  const auto turn = spatial::rpy_from_quaternion(step.rotation);
-  Vector6d twist;
-  twist << step.translation_m / dt_s, turn.roll_rad / dt_s, turn.pitch_rad / dt_s, turn.yaw_rad / dt_s;
+  auto d = difference(memory, stamp, X_now, covariance);
+  if (!d) return err(d.error());
   // Poses carry their covariance along the axes of the world they are given in; the step is along the body's.
-  const Eigen::Matrix3d R = X_now.rotation.toRotationMatrix().transpose();
-  const Matrix6d both = spatial::rotate_covariance(R, Matrix6d{(covariance + before.covariance) * dt_s});
-  PartSetup velocities = setup;
-  velocities.mask = static_cast<StateMask>((setup.mask & kPoseMask) << kVx);
-  return prepare_twist(twist, both, X_BS, w_B, velocities, out);
+  if (!setup.rotations_of_robot_localization)
+    d->covariance =
+        spatial::rotate_covariance(Eigen::Matrix3d{X_now.rotation.toRotationMatrix().transpose()}, d->covariance);
+  return prepare_twist(velocity_of(*d, setup), d->covariance, X_BS, w_B, of_velocities(setup, setup.mask), out);
+}
+
+Prepared prepare_turn(PoseMemory& memory, WallTime stamp, const Eigen::Quaterniond& q_WB,
+                      const Eigen::Matrix3d& covariance, const RigidTransform& X_BS, const PartSetup& setup,
+                      Reading& out) {
+  const Eigen::Matrix3d R = by_mounting_yaw(X_BS);
+  Matrix6d turned = Matrix6d::Zero();
+  turned.bottomRightCorner<3, 3>() = spatial::rotate_covariance(R, cleaned<3>(covariance, setup.mask, kRoll));
+  const auto d = difference(memory, stamp, {q_WB, Eigen::Vector3d::Zero()}, turned);
+  if (!d) return err(d.error());
+  const unsigned mask = rotated_mask(R, setup.mask, kRoll) << static_cast<unsigned>(kRoll);
+  return prepare_twist(velocity_of(*d, setup), d->covariance, {}, Eigen::Vector3d::Zero(), of_velocities(setup, mask),
+                       out);
 }
 
 RigidTransform relative_to_first(PoseMemory& memory, const RigidTransform& X_now) {

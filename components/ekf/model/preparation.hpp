@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ekf/model/rotations.hpp"
 #include "ekf/model/statistics.hpp"
 #include "ekf/model/update.hpp"
 #include "nacelle/base/result.hpp"
@@ -25,7 +26,8 @@ inline constexpr StateMask kFlatStates =
 struct PartSetup {
   StateMask mask{};  ///< Of the states that the part measures.
   double gate{std::numeric_limits<double>::infinity()};
-  bool two_d{};  ///< Add z, roll, pitch, vz, vroll, vpitch, az = 0 +- 0.001 to every reading.
+  bool two_d{};                            ///< Add z, roll, pitch, vz, vroll, vpitch, az = 0 +- 0.001 to every reading.
+  bool rotations_of_robot_localization{};  ///< Turns of tilted mountings as differences of angles; see docs/ekf.md.
 };
 
 using Prepared = Result<void, Rejection>;
@@ -38,8 +40,11 @@ using Prepared = Result<void, Rejection>;
 [[nodiscard]] Prepared prepare_twist(const Vector6d& twist_S, const Matrix6d& covariance, const RigidTransform& X_BS,
                                      const Eigen::Vector3d& w_B, const PartSetup& setup, Reading& out);
 
-/// The orientation of an IMU in an ENU world. Its mounting angles are subtracted, roll and pitch turned by its mounting yaw.
-[[nodiscard]] Prepared prepare_orientation(const Eigen::Quaterniond& q_WS, const Eigen::Matrix3d& covariance,
+/// The base's orientation of an IMU's in an ENU world, and the reading of it. `covariance` is that of the IMU's roll, pitch and yaw; it and
+/// the mask are turned by the mounting yaw.
+[[nodiscard]] Eigen::Quaterniond base_orientation(const Eigen::Quaterniond& q_WS, const RigidTransform& X_BS,
+                                                  const PartSetup& setup);
+[[nodiscard]] Prepared prepare_orientation(const Eigen::Quaterniond& q_WB, const Eigen::Matrix3d& covariance,
                                            const RigidTransform& X_BS, const PartSetup& setup, Reading& out);
 
 /// How the base turns while an accelerometer beside its origin measures.
@@ -47,7 +52,8 @@ struct Turning {
   Eigen::Vector3d w_B = Eigen::Vector3d::Zero();      ///< rad/s
   Eigen::Vector3d alpha_B = Eigen::Vector3d::Zero();  ///< rad/s^2
 };
-/// Acceleration of S along its axes; `gravity_S` is its reading at rest, which is subtracted (zero: keep it).
+/// Acceleration of S along its axes; `gravity_S` is its reading at rest, which is subtracted (zero: keep it); robot_localization subtracts
+/// it along the axes of B.
 [[nodiscard]] Prepared prepare_acceleration(const Eigen::Vector3d& a_S, const Eigen::Matrix3d& covariance,
                                             const Eigen::Vector3d& gravity_S, const RigidTransform& X_BS,
                                             const Turning& turning, const PartSetup& setup, Reading& out);
@@ -65,6 +71,10 @@ struct PoseMemory {
 [[nodiscard]] Prepared prepare_difference(PoseMemory& memory, WallTime stamp, const RigidTransform& X_now,
                                           const Matrix6d& covariance, const RigidTransform& X_BS,
                                           const Eigen::Vector3d& w_B, const PartSetup& setup, Reading& out);
+/// The same of the base's orientation by an IMU; `covariance` as in prepare_orientation().
+[[nodiscard]] Prepared prepare_turn(PoseMemory& memory, WallTime stamp, const Eigen::Quaterniond& q_WB,
+                                    const Eigen::Matrix3d& covariance, const RigidTransform& X_BS,
+                                    const PartSetup& setup, Reading& out);
 
 /// The pose seen from the first one of the input.
 [[nodiscard]] RigidTransform relative_to_first(PoseMemory& memory, const RigidTransform& X_now);
