@@ -38,8 +38,8 @@ struct Estimate {
 /// The filter of each window starts a second earlier at the true pose, so that its velocity has settled, and the pose at the
 /// beginning is nearly certain: the difference of covariances of hundreds of metres would be rounding.
 struct WindowErrors {
-  std::vector<double> position;  ///< e^T C^-1 e of (x, y): 2 degrees of freedom.
-  std::vector<double> yaw;       ///< e^2 / C: 1 degree of freedom.
+  std::vector<double> position;      ///< e^T C^-1 e of (x, y): 2 degrees of freedom.
+  std::vector<double> yaw;           ///< e^2 / C: 1 degree of freedom.
   double position_m2{}, yaw_rad2{};  ///< Sums of the squared errors themselves.
 };
 /// The motion is what is seen from the pose at the beginning. Its covariance is what the filter's own grew by: with F the slope of the
