@@ -295,18 +295,15 @@ void Filter::advance_to(WallTime stamp) {
 }
 
 void Filter::carry(Belief& belief, double dt_s, WallTime to) const {
-  const auto follow_command = [&] {
-    if (!options_.control.any()) return;
+  StateVector commanded = belief.mean;
+  if (options_.control.any()) {
     const bool fresh = to - command_stamp_ < options_.control.timeout;
-    apply_control(belief.mean, fresh ? command_ : decltype(command_){}, dt_s, options_.control);
-  };
+    apply_control(commanded, fresh ? command_ : decltype(command_){}, dt_s, options_.control);
+  }
   if (options_.dynamic_process_noise) {
-    const ProcessNoise noise = scaled_by_velocity(options_.process_noise, belief.mean);  // before the command, as there
-    follow_command();
-    advance(belief, dt_s, noise);
+    advance(belief, commanded, dt_s, scaled_by_velocity(options_.process_noise, belief.mean));
   } else {
-    follow_command();
-    advance(belief, dt_s, options_.process_noise);
+    advance(belief, commanded, dt_s, options_.process_noise);
   }
 }
 

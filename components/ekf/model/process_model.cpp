@@ -110,9 +110,11 @@ StateMatrix jacobian(const StateVector& from, double dt_s) {
   return J;
 }
 
-void advance(Belief& belief, double dt_s, const ProcessNoise& noise) {
+void advance(Belief& belief, double dt_s, const ProcessNoise& noise) { advance(belief, belief.mean, dt_s, noise); }
+
+void advance(Belief& belief, const StateVector& commanded, double dt_s, const ProcessNoise& noise) {
   const Blocks b = blocks_of(belief.mean, Angles{belief.mean}, dt_s);
-  belief.mean = propagate(belief.mean, b, dt_s);
+  belief.mean = propagate(commanded, b, dt_s);
   StateCovariance& P = belief.covariance;
 
   // T = J P by rows. Position sees velocity and acceleration only as R dt (v + dt/2 a): one combined row instead of two.

@@ -30,6 +30,9 @@ struct ProcessNoise {
 /// Threads:   pure. Allocates: nothing.
 /// Source:    robot_localization, Ekf::predict; Q is a rate there too.
 void advance(Belief& belief, double dt_s, const ProcessNoise& noise);
+/// The same of a belief that a command changes: the mean is that of `commanded`, the covariance is moved as without the command.
+/// Source: robot_localization, Ekf::predict, which makes its Jacobian before it applies the control terms.
+void advance(Belief& belief, const StateVector& commanded, double dt_s, const ProcessNoise& noise);
 [[nodiscard]] inline Belief predict(const Belief& from, double dt_s, const ProcessNoise& noise) {
   Belief to = from;
   advance(to, dt_s, noise);

@@ -112,6 +112,25 @@ TEST(FilterStart, an_initial_covariance_with_correlations_does_not_keep_the_filt
   }
 }
 
+TEST(AdvanceCommanded, moves_the_mean_of_the_command_and_the_covariance_as_without_it) {
+  const unsigned seed = 4603;
+  std::mt19937 random{seed};
+  for (int i = 0; i < 20; ++i) {
+    Belief with;
+    with.mean = random_state(random);
+    with.covariance = random_covariance(random);
+    Belief without = with;
+    StateVector commanded = with.mean;
+    commanded[kAx] += 1.0;
+    commanded[kVyaw] -= 0.3;
+    const ProcessNoise noise{default_process_noise()};
+    advance(with, commanded, 0.05, noise);
+    advance(without, 0.05, noise);
+    EXPECT_EQ(with.covariance.matrix(), without.covariance.matrix()) << "seed " << seed << " case " << i;
+    EXPECT_EQ(with.mean, propagate(commanded, 0.05)) << "seed " << seed << " case " << i;
+  }
+}
+
 TEST(FilterObserver, sees_predictions_and_corrections_in_their_order) {
   class Notes final : public FilterObserver {
    public:

@@ -191,10 +191,11 @@ inline void add_messages(Dice& dice, const std::vector<Truth>& truth, int number
     const Truth& now = truth[std::min(ms, truth.size() - 1)];
     Message m;
     m.input = number;
-    m.stamp_ns = kStart_ns + static_cast<std::int64_t>(ms) * 1'000'000;
+    // No two inputs have one stamp: at a rejection threshold the order in which they are fused would count.
+    m.stamp_ns = kStart_ns + static_cast<std::int64_t>(ms) * 1'000'000 + number * 1000;
     m.arrival_ns = m.stamp_ns + in.delay_ns +
                    static_cast<std::int64_t>(dice.between(0.0, 1.0) * static_cast<double>(in.jitter_ns));
-    const double wrong = dice.chance(outliers) ? 30.0 : 1.0;
+    const double wrong = dice.chance(in.gate < 1e300 ? outliers : 0.0) ? 30.0 : 1.0;
     const Quaternion q_SB = inverse(in.X_BS.q);
     const Vector lever = cross(now.w_B, in.X_BS.p);
     m.angular = noisy(turned(q_SB, now.w_B), 0.01 * wrong);
@@ -270,8 +271,8 @@ inline Stream make_stream(std::string_view family, unsigned seed) {
     imu.mask = 0x0800;
   }
   imu.remove_gravity = seed % 4 == 1 && !all;
-  if (is("gates")) wheels.gate = imu.gate = pose.gate = 4.0;
-  if (family == "gates") twist.gate = 4.0;
+  if (is("gates")) wheels.gate = pose.gate = 4.0;
+  if (family == "gates") imu.gate = twist.gate = 4.0;
   if (is("disorder")) {
     wheels.delay_ns = 30'000'000;
     imu.delay_ns = seed % 3 == 0 ? -20'000'000 : 5'000'000;
