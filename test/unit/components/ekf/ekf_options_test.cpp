@@ -100,11 +100,6 @@ TEST_F(EkfParameters, fourteen_booleans_are_refused) {
   EXPECT_NE(refusal().find("14 booleans"), std::string::npos);
 }
 
-TEST_F(EkfParameters, what_is_not_served_is_refused_and_not_ignored) {
-  options_.append_parameter_override("debug", true);
-  EXPECT_NE(refusal().find("debug"), std::string::npos);
-}
-
 TEST_F(EkfParameters, the_history_has_robot_localizations_names_and_its_absolute_length) {
   EXPECT_FALSE(read().filter.history.has_value());
   options_.append_parameter_override("history_length", -1.5);
