@@ -24,8 +24,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 TREES = ("interfaces/", "qos_profiles/", "components/", "containers/", "launch/", "test/")
-# What clang has no use for: a launcher before the compiler, and options of g++ only.
-FOREIGN_WORDS = re.compile(r"^(\S*env\s+(\w+=\S+\s+)*)?\S*ccache\s+|\s(-fno-gnu-unique|--param=ggc-\S+)")
+# What clang has no use for: a launcher before the compiler, precompiled headers, and options of g++ only.
+FOREIGN_WORDS = re.compile(r"^(\S*env\s+(\w+=\S+\s+)*)?\S*ccache\s+|\s(-fno-gnu-unique|--param=ggc-\S+|-include \S+/cmake_pch\.hxx)")
 
 
 def git(*arguments):
