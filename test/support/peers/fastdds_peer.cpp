@@ -205,6 +205,11 @@ class FastDds {
       qos.flow_controllers().push_back(pace);
       qos.wire_protocol().builtin.discovery_config.initial_announcements.period = {0, 500 * 1000 * 1000};
     }
+    if (const char* const seconds = std::getenv("NACELLE_PEER_LEASE_S")) {  // Cyclone reads its own from CYCLONEDDS_URI
+      auto& discovery = qos.wire_protocol().builtin.discovery_config;
+      discovery.leaseDuration = {std::atoi(seconds), 0};
+      discovery.leaseDuration_announcementperiod = {1, 0};
+    }
     participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(options.domain, qos);
     if (participant_ == nullptr) std::exit(1);
     publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);

@@ -38,8 +38,9 @@ class ServicePeer : public ::testing::TestWithParam<std::string> {
     arguments.insert(arguments.end(), {"--topic", "add_two_ints", "--domain", std::to_string(test::test_domain())});
     const std::string config =
         test::loopback_config(test::test_domain()) + "<Discovery><LeaseDuration>5s</LeaseDuration></Discovery>";
-    auto peer = std::make_unique<PeerProcess>(kServicePeers.at(GetParam()), arguments,
-                                              std::map<std::string, std::string>{{"CYCLONEDDS_URI", config}});
+    auto peer = std::make_unique<PeerProcess>(
+        kServicePeers.at(GetParam()), arguments,
+        std::map<std::string, std::string>{{"CYCLONEDDS_URI", config}, {"NACELLE_PEER_LEASE_S", "5"}});
     EXPECT_EQ(peer->line(), "ready");
     return peer;
   }
