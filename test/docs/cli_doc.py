@@ -334,6 +334,12 @@ ELSEWHERE = {
         Example("launch launch/teleop.launch.yaml sim_dir:=stick-sim namespace:=stick --name stick", ends=6, until=IS_UP),
     "launch launch/teleop.launch.yaml joy_name:=8BitDo Pro 2":
         Example("launch launch/teleop.launch.yaml joy_name:='8BitDo Pro 2' sim_dir:=pad-sim namespace:=pad --name pad", ends=6, until=IS_UP),
+    # The default robot has no GPS; that of test/system/gps_test.py has.
+    "launch launch/gps.launch.yaml": Example("launch launch/gps.launch.yaml sim_dir:=gps-sim namespace:=outdoors --name outdoors", ends=6, until=IS_UP),
+    "launch launch/gps.launch.yaml sim:=false gps_port:=/dev/ttyACM0": Example("check launch/gps.launch.yaml sim:=false gps_port:=/dev/ttyACM0"),
+    "service call /fromLL robot_localization/srv/FromLL {ll_point: {latitude: 49.87285, longitude: 8.65125, altitude: 191.6}}":
+        Example("service call /fromLL robot_localization/srv/FromLL '{ll_point: {latitude: 49.87285, longitude: 8.65125, altitude: 191.6}}'",
+                exit_codes=(1,)),
     "topic hz /scan": Example("topic hz /scan", ends=3),
     "teleop": Example("teleop", keys="k"),
     # A drive of half a minute is in test/system/run_test.py.
