@@ -138,8 +138,8 @@ TEST_F(EkfLate, parameters_that_go_together_badly_are_told_before_the_start) {
     options_.collect_parameter_faults(faults);
     node_ = std::make_unique<EkfComponent>(options_);
     std::string all;
-    for (const ParameterFault& fault : *faults->lock())
-      all += (fault.is_warning ? fault.problem.text() : "error") + "\n";
+    auto locked = faults->lock();
+    for (const ParameterFault& fault : *locked) all += (fault.is_warning ? fault.problem.text() : "error") + "\n";
     return all;
   };
   EXPECT_EQ(warnings(), "");
