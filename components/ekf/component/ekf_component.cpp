@@ -164,6 +164,7 @@ CallbackReturn EkfComponent::on_activate(const State&) {
   for (const auto& input : inputs_) input->begin();
   filter_->resume();
   watch_.emplace(inputs_, *filter_, skews_);
+  assist_watch_ = {};
   next_look_ = steady_clock().now() + kLookPeriod;
   return CallbackReturn::SUCCESS;
 }
@@ -200,12 +201,14 @@ void EkfComponent::tick() {
   if (monotonic < next_look_) return;
   next_look_ = monotonic + kLookPeriod;
   watch_->look(inputs_, *filter_, get_logger());
+  assist_watch_.look(*filter_, *options_, get_logger());
   if (!diagnostics_) return;
   auto message = diagnostics_->borrow();
   if (!message) return;
   message->header.stamp = time;
   message->header.frame_id.clear();
   write_diagnostics(inputs_, *filter_, get_name(), *message);
+  write_assist_diagnostics(*filter_, *options_, get_name(), *message);
   diagnostics_->publish(std::move(message));
 }
 

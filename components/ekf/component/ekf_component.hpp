@@ -14,6 +14,7 @@
 #include <robot_localization/srv/set_pose.hpp>
 #include <std_srvs/srv/empty.hpp>
 #include <tf2_msgs/msg/tf_message.hpp>
+#include "ekf/component/assist_report.hpp"
 #include "ekf/component/ekf_options.hpp"
 #include "ekf/component/input.hpp"
 #include "ekf/component/report.hpp"
@@ -58,6 +59,7 @@ class EkfComponent final : public LifecycleNode {
   std::optional<Filter> filter_;
   std::vector<std::unique_ptr<Input>> inputs_;
   std::optional<Watch> watch_;
+  AssistWatch assist_watch_;
   spatial::TransformBufferPtr buffer_;
   std::shared_ptr<const ClockSkews> skews_;
   std::vector<std::shared_ptr<SubscriptionBase>> subscriptions_;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "ekf/component/assist_parameters.hpp"
 #include "ekf/component/ekf_parameters.hpp"
 #include "ekf/model/covariance_parameter.hpp"
 #include "nacelle/node/frame_name.hpp"
@@ -62,6 +63,7 @@ Result<InputOptions, Problem> read_input(const Node& node, const NamedInput& nam
     if (!(gate > 0.0))
       return err(wrong(s, fmt::format("a rejection threshold of it is {}", gate), "give a positive distance"));
   }
+  read_assist_switches(node, input);
   return input;
 }
 
@@ -248,6 +250,7 @@ Result<EkfOptions, Problem> read_ekf_parameters(const Node& node) {
     options.inputs.push_back(std::move(input).value());
   }
   if (const auto read = read_control(node, options); !read) return err(read.error());
+  if (const auto read = read_assists(node, options); !read) return err(read.error());
   return options;
 }
 

@@ -20,7 +20,11 @@ constexpr Duration kClockStep = 1s;
 }  // namespace
 
 Filter::Filter(const FilterOptions& options)
-    : options_(options), belief_(options.initial), queue_(options.queue_limit), parts_(options.parts) {
+    : options_(options),
+      belief_(options.initial),
+      assists_(unassisted(options.assists)),
+      queue_(options.queue_limit),
+      parts_(options.parts) {
   slack_ = slack_of_rates();
   // Zeros on the diagonal are semidefinite: believed, but not to the last digit.
   if (!is_positive_definite(options_.initial.covariance)) {
@@ -43,6 +47,7 @@ Measurement* Filter::admit(std::uint16_t part, WallTime stamp, WallTime now) {
   if (queue_.full() && !make_place(p, stamp, now)) return nullptr;
   Measurement& place = queue_.reserve();
   place.part = part;
+  place.reading.witness = {};
   place.stamp = stamp;
   return &place;
 }
@@ -156,6 +161,7 @@ void Filter::follow_clock_back(WallTime now) {
   stamp_ = last_step_ = now;
   last_output_ = now - Duration{1};
   last_set_pose_ = differentiated_ = command_stamp_ = {};
+  forget_times(assists_);
   for (Part& p : parts_) p.seen = false;
   ++clock_steps_;
 }
@@ -173,7 +179,8 @@ void Filter::process(const Measurement& measurement) {
   }
   const bool late = measurement.stamp < stamp_;
   if (!late) advance_to(measurement.stamp);
-  const auto fused = fuse(belief_, measurement.reading);
+  const auto fused = options_.assists.any() ? fuse(belief_, assists_, measurement, options_.assists)
+                                            : fuse(belief_, measurement.reading);
   if (fused) {
     ++stats.fused;
     stats.late += late ? 1U : 0U;
@@ -201,6 +208,7 @@ bool Filter::initialise_from(const Reading& reading) {
   }
   if (!first.mean.allFinite() || !is_positive_definite(first.covariance)) return false;
   belief_ = first;
+  begin(belief_, assists_, reading, options_.assists);
   initialised_ = true;
   return true;
 }
@@ -223,6 +231,7 @@ void Filter::advance_to(WallTime stamp) {
       gap = is_timed() ? passed() : options_.period;
       ++clock_steps_;
     }
+    advance(assists_, belief_.mean, to_seconds(gap), options_.assists);
     carry(belief_, to_seconds(gap), stamp);
   }
   stamp_ = stamp;
@@ -269,6 +278,7 @@ Prepared Filter::set_pose(const Reading& pose, WallTime stamp) {
   if (!is_positive_definite(told.covariance)) return err(Rejection::Covariance);
   drop_waiting(Rejection::BeforeSetPose);
   belief_ = told;
+  forget_belief(assists_);
   initialised_ = true;
   stamp_ = last_set_pose_ = last_step_ = stamp;
   last_beat_ = beat_;
@@ -281,6 +291,7 @@ Prepared Filter::set_pose(const Reading& pose, WallTime stamp) {
 void Filter::reset() {
   drop_waiting(Rejection::Stale);
   belief_ = options_.initial;
+  assists_ = unassisted(options_.assists);
   initialised_ = false;
   stamp_ = last_step_ = last_set_pose_ = differentiated_ = command_stamp_ = {};
   last_beat_ = {};

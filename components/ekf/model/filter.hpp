@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "ekf/model/assists.hpp"
 #include "ekf/model/control.hpp"
 #include "ekf/model/measurement_queue.hpp"
 #include "ekf/model/preparation.hpp"
@@ -24,6 +25,7 @@ struct FilterOptions {
   std::size_t queue_limit = 4096;  ///< The most measurements that ever wait for a step.
   std::size_t parts = 0;           ///< How many parts of inputs there are; they are numbered from 0.
   ControlOptions control;          ///< Of no axis: commands are not used.
+  AssistOptions assists;           ///< All off: none of it runs.
 };
 
 /// The running filter: a belief, the measurements that wait, and what became of each.
@@ -80,6 +82,7 @@ class Filter {
   [[nodiscard]] WallTime stamp() const { return stamp_; }
   [[nodiscard]] Turning turning() const;
   [[nodiscard]] const PartStats& stats(std::size_t part) const { return parts_[part].stats; }
+  [[nodiscard]] const AssistState& assists() const { return assists_; }
   [[nodiscard]] std::uint64_t repairs() const { return repairs_; }
   /// How many measurements there is room for; grows with the inputs' rates.
   [[nodiscard]] std::size_t queue_places() const { return queue_.places(); }
@@ -113,7 +116,8 @@ class Filter {
 
   FilterOptions options_;
   Belief belief_;
-  Belief carried_;  // what output() publishes when the filter itself is older
+  AssistState assists_;  // belongs to belief_
+  Belief carried_;       // what output() publishes when the filter itself is older
   MeasurementQueue queue_;
   std::vector<Part> parts_;
   WallTime stamp_{};
