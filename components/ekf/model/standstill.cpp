@@ -9,8 +9,8 @@ namespace nacelle::ekf {
 namespace {
 
 constexpr double kRestSmoothing = 0.05;  // s; takes the noise off single readings
-constexpr double kRestTime = 2.0;       // s; what is usual at rest; follows the bias as it drifts
-constexpr Duration kImuGap = 200ms;     // after a longer one the IMU begins anew
+constexpr double kRestTime = 2.0;        // s; what is usual at rest; follows the bias as it drifts
+constexpr Duration kImuGap = 200ms;      // after a longer one the IMU begins anew
 
 Eigen::Vector3d as_vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
