@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include "ekf_node.hpp"
+#include "support/log_lines.hpp"
 
 namespace nacelle::ekf {
 namespace {
@@ -95,6 +97,7 @@ TEST_F(EkfAssists, wheels_that_slip_are_shown) {
   for (const char* name : {"odom0_detect_slip", "print_diagnostics"}) turn_on(name);
   start();
   for (int i = 0; i < 100; ++i) run(0.0, 0.0);
+  const test::LogLines lines;
   for (int i = 0; i < 60; ++i) {
     context_.advance(9ms);
     send_imu(0.0);
@@ -104,6 +107,8 @@ TEST_F(EkfAssists, wheels_that_slip_are_shown) {
     context_.advance(2ms);
   }
   EXPECT_EQ(diagnostic("ekf: slip", "episodes"), "1");
+  EXPECT_EQ(
+      std::ranges::count_if(lines.all, [](const auto& line) { return line.starts_with("odom0: the wheels slip"); }), 1);
   EXPECT_LT(filtered().back().pose.pose.position.x, 0.1) << "without: nearly 1 m";
 }
 
