@@ -182,6 +182,7 @@ CallbackReturn EkfComponent::on_activate(const State&) {
   filter_->resume();
   watch_.emplace(inputs_, *filter_, skews_);
   late_watch_.emplace(inputs_, *filter_);
+  assist_watch_ = {};
   next_look_ = steady_clock().now() + kLookPeriod;
   return CallbackReturn::SUCCESS;
 }
@@ -224,6 +225,7 @@ void EkfComponent::tick() {
   if (toggled_on_) {
     watch_->look(inputs_, *filter_, get_logger());
     late_watch_->look(inputs_, *filter_, get_logger());
+    assist_watch_.look(*filter_, *options_, get_logger());
   }
   if (!diagnostics_) return;
   auto message = diagnostics_->borrow();
@@ -232,6 +234,7 @@ void EkfComponent::tick() {
   message->header.frame_id.clear();
   write_diagnostics(inputs_, *filter_, get_name(), *message);
   write_history_diagnostics(*filter_, get_name(), *message);
+  write_assist_diagnostics(*filter_, *options_, get_name(), *message);
   diagnostics_->publish(std::move(message));
 }
 

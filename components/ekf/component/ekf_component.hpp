@@ -17,6 +17,7 @@
 #include <robot_localization/srv/toggle_filter_processing.hpp>
 #include <std_srvs/srv/empty.hpp>
 #include <tf2_msgs/msg/tf_message.hpp>
+#include "ekf/component/assist_report.hpp"
 #include "ekf/component/debug_output.hpp"
 #include "ekf/component/ekf_options.hpp"
 #include "ekf/component/input.hpp"
@@ -70,6 +71,7 @@ class EkfComponent final : public LifecycleNode {
   std::vector<std::unique_ptr<Input>> inputs_;
   std::optional<Watch> watch_;
   std::optional<LateWatch> late_watch_;
+  AssistWatch assist_watch_;
   spatial::TransformBufferPtr buffer_;
   std::shared_ptr<const ClockSkews> skews_;
   std::vector<std::shared_ptr<SubscriptionBase>> subscriptions_;

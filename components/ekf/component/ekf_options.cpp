@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "ekf/component/assist_parameters.hpp"
 #include "ekf/component/debug_file.hpp"
 #include "ekf/component/ekf_parameters.hpp"
 #include "ekf/component/history_options.hpp"
@@ -66,6 +67,7 @@ Result<InputOptions, Problem> read_input(const Node& node, const NamedInput& nam
     if (!(gate > 0.0))
       return err(wrong(s, fmt::format("a rejection threshold of it is {}", gate), "give a positive distance"));
   }
+  read_assist_switches(node, input);
   return input;
 }
 
@@ -257,6 +259,7 @@ Result<EkfOptions, Problem> read_ekf_parameters(const Node& node) {
   if (const auto read = read_control(node, options); !read) return err(read.error());
   if (const auto read = read_history(node, options); !read) return err(read.error());
   if (const auto read = read_wheeled_noise(node, options); !read) return err(read.error());
+  if (const auto read = read_assists(node, options); !read) return err(read.error());
   return options;
 }
 

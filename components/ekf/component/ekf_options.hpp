@@ -26,6 +26,11 @@ struct InputOptions {
   bool pose_use_child_frame = false;
   bool remove_gravitational_acceleration = false;
   bool adaptive_measurement_noise = false;
+  bool estimate_gyro_bias = false;
+  bool zero_velocity_updates = false;
+  bool detect_slip = false;
+  bool teaches_gyro_bias = true;  ///< Of odomN and twistN false by default.
+  Witness::Source witness = Witness::Source::None;
   double pose_gate = std::numeric_limits<double>::infinity();
   double twist_gate = std::numeric_limits<double>::infinity();
   double acceleration_gate = std::numeric_limits<double>::infinity();
@@ -49,7 +54,8 @@ struct EkfOptions {
   Duration transform_time_offset{};
   double gravity_mps2 = 9.80665;
   std::vector<InputOptions> inputs;
-  std::vector<std::string> notes;  ///< Worth a line in the log.
+  std::string assist_imu, assist_wheels;  ///< The inputs that the assists compare; empty without one.
+  std::vector<std::string> notes;         ///< Worth a line in the log.
 
   /// The transform that the filter broadcasts: world -> base, or map -> odom when the world is the map.
   [[nodiscard]] const std::string& tf_parent() const { return world_frame; }

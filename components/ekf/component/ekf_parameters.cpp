@@ -8,6 +8,7 @@
 #include <cctype>
 #include <limits>
 
+#include "ekf/component/assist_parameters.hpp"
 #include "ekf/component/history_options.hpp"
 #include "ekf/component/wheeled_noise_parameters.hpp"
 #include "nacelle/node/frame_name.hpp"
@@ -65,6 +66,7 @@ void declare_input(Node& node, const NamedInput& input, bool preset) {
     node.declare_parameter(s + "_remove_gravitational_acceleration", false,
                            say("Subtract gravity from accelerations."));
   }
+  declare_assist_switches(node, input.kind, s);
 }
 
 }  // namespace
@@ -204,6 +206,7 @@ void declare_ekf_parameters(Node& node) {
       say("The same while the base slows down, m/s^2 and rad/s^2; as acceleration_limits unless set."));
   node.declare_parameter("deceleration_gains", std::vector<double>{},
                          say("The same while the base slows down, 1/s; as acceleration_gains unless set."));
+  declare_assist_numbers(node);
   const bool preset = named_inputs(node).size() == 2 && node.parameters().overrides().count("odom0") == 0 &&
                       node.parameters().overrides().count("imu0") == 0;
   for (const NamedInput& input : named_inputs(node)) declare_input(node, input, preset);

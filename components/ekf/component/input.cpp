@@ -45,6 +45,24 @@ Matrix6d lower_right(const Eigen::Matrix3d& covariance) {
   return all;
 }
 
+void put(const Eigen::Vector3d& v, std::array<double, 3>& into) { into = {v.x(), v.y(), v.z()}; }
+
+void see_wheels(const Vector6d& twist_S, const RigidTransform& X_BS, Witness& out) {
+  const Eigen::Vector3d w_B = X_BS.rotation * twist_S.tail<3>();
+  out.source = Witness::Source::Wheels;
+  put(X_BS.rotation * twist_S.head<3>() + X_BS.translation_m.cross(w_B), out.linear);
+  put(w_B, out.angular);
+}
+
+void see_imu(const sensor_msgs::msg::Imu& message, const RigidTransform& X_BS, Witness& out) {
+  out.source = Witness::Source::Imu;
+  out.has_force = !is_absent(message.linear_acceleration_covariance);
+  put(out.has_force ? Eigen::Vector3d{X_BS.rotation * vector_of(message.linear_acceleration)}
+                    : Eigen::Vector3d{0, 0, 0},
+      out.linear);
+  put(X_BS.rotation * vector_of(message.angular_velocity), out.angular);
+}
+
 }  // namespace
 
 std::uint16_t Input::parts_of(const InputOptions& options) {
@@ -109,7 +127,10 @@ void Input::take(const geometry_msgs::msg::TwistWithCovarianceStamped& message) 
 void Input::take_pose(WallTime stamp, const PoseIn& in) {
   const Part* const p = part(kPoseMask);
   if (p == nullptr) return;
-  context_.filter->offer(p->number, stamp, now_, [&](Reading& out) { return prepare(stamp, in, out); });
+  context_.filter->offer(p->number, stamp, now_, [&](Reading& out) {
+    out.witness.teaches_bias = options_.teaches_gyro_bias;
+    return prepare(stamp, in, out);
+  });
 }
 
 Prepared Input::prepare(WallTime stamp, const PoseIn& in, Reading& out) {
@@ -164,6 +185,8 @@ void Input::take_twist(WallTime stamp, std::string_view frame, const geometry_ms
     if (!X_BS) return err(X_BS.error());
     Vector6d values;
     values << vector_of(twist.twist.linear), vector_of(twist.twist.angular);
+    out.witness.teaches_bias = options_.teaches_gyro_bias;
+    if (options_.witness == Witness::Source::Wheels) see_wheels(values, *X_BS, out.witness);
     return prepare_twist(values, matrix_of(twist.covariance), *X_BS, context_.filter->turning().w_B,
                          setup(p->mask, options_.twist_gate), out);
   });
@@ -183,6 +206,7 @@ void Input::take(const sensor_msgs::msg::Imu& message) {
       if (!X_BS) return err(X_BS.error());
       Vector6d values = Vector6d::Zero();
       values.tail<3>() = vector_of(message.angular_velocity);
+      if (options_.witness == Witness::Source::Imu) see_imu(message, *X_BS, out.witness);
       return prepare_twist(values, lower_right(matrix_of(message.angular_velocity_covariance)), *X_BS,
                            Eigen::Vector3d::Zero(), setup(p->mask, options_.twist_gate), out);
     });

@@ -31,6 +31,7 @@ void clear_correlations(StateCovariance& covariance, const Reading& reading, int
 Filter::Filter(const FilterOptions& options)
     : options_(options),
       belief_(options.initial),
+      assists_(unassisted(options.assists)),
       queue_(options.queue_limit, options.history ? Ties::ByPart : Ties::ByArrival),
       parts_(options.parts),
       innovations_(options.parts, options.innovations, options.two_d_mode ? kFlatStates : StateMask{0}) {
@@ -61,6 +62,7 @@ Measurement* Filter::admit(std::uint16_t part, WallTime stamp, WallTime now) {
   if (queue_.full() && !make_place(p, stamp, now)) return nullptr;
   Measurement& place = queue_.reserve();
   place.part = part;
+  place.reading.witness = {};
   place.stamp = stamp;
   return &place;
 }
@@ -204,6 +206,7 @@ void Filter::follow_clock_back(WallTime now) {
   stamp_ = last_step_ = proven_ = now;
   last_output_ = now - Duration{1};
   last_set_pose_ = differentiated_ = command_stamp_ = {};
+  forget_times(assists_);
   for (Part& p : parts_) p.seen = false;
   innovations_.restart();
   ++clock_steps_;
@@ -227,7 +230,8 @@ void Filter::process(const Measurement& measurement, Pass pass) {
     advance_to(measurement.stamp);
   }
   const Reading& reading = innovations_.note(measurement.part, measurement.stamp, belief_, measurement.reading);
-  const auto fused = fuse(belief_, reading);
+  const auto fused = options_.assists.any() ? fuse(belief_, assists_, measurement.stamp, reading, options_.assists)
+                                            : fuse(belief_, reading);
   if (observer_ != nullptr) observer_->corrected(measurement, fused, belief_);
   if (!counts) return;
   if (fused) {
@@ -263,6 +267,7 @@ bool Filter::initialise_from(const Reading& reading) {
   }
   if (!is_positive_definite(first.covariance)) return false;
   belief_ = first;
+  begin(belief_, assists_, reading, options_.assists);
   initialised_ = true;
   return true;
 }
@@ -337,6 +342,7 @@ Prepared Filter::set_pose(const Reading& pose, WallTime stamp) {
   if (!is_positive_definite(told.covariance)) return err(Rejection::Covariance);
   drop_waiting(Rejection::BeforeSetPose);
   belief_ = told;
+  forget_belief(assists_);
   initialised_ = true;
   stamp_ = last_set_pose_ = last_step_ = proven_ = stamp;
   last_beat_ = beat_;
@@ -351,6 +357,7 @@ Prepared Filter::set_pose(const Reading& pose, WallTime stamp) {
 void Filter::reset() {
   drop_waiting(Rejection::Stale);
   belief_ = options_.initial;
+  assists_ = unassisted(options_.assists);
   initialised_ = false;
   stamp_ = last_step_ = last_set_pose_ = proven_ = differentiated_ = command_stamp_ = {};
   last_beat_ = {};

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "ekf/model/assists.hpp"
 #include "ekf/model/control.hpp"
 #include "ekf/model/filter_observer.hpp"
 #include "ekf/model/history.hpp"
@@ -30,6 +31,7 @@ struct FilterOptions {
   std::size_t parts = 0;           ///< How many parts of inputs there are; they are numbered from 0.
   ControlOptions control;          ///< Of no axis: commands are not used.
   InnovationOptions innovations;
+  AssistOptions assists;  ///< All off: none of it runs.
   /// How far behind the filter a late measurement is put into its place; nothing: it corrects without going back.
   std::optional<Duration> history;
   std::int64_t replay_instructions = 1'500'000;  ///< Per step, about: what goes beyond waits for the next one.
@@ -122,6 +124,7 @@ class Filter {
   [[nodiscard]] const Innovations& innovations() const { return innovations_; }
   /// The usual time between two messages of a part as they come; 0: not known yet.
   [[nodiscard]] Duration usual_interval(std::size_t part) const { return parts_[part].usual; }
+  [[nodiscard]] const AssistState& assists() const { return assists_; }
   [[nodiscard]] std::uint64_t repairs() const { return repairs_; }
   /// How many measurements there is room for; grows with the inputs' rates.
   [[nodiscard]] std::size_t queue_places() const { return queue_.places(); }
@@ -152,7 +155,7 @@ class Filter {
   void advance_to(WallTime stamp);
   void carry(Belief& belief, double dt_s, WallTime to) const;
   // Going back in time: replay.cpp.
-  [[nodiscard]] FilterState state() const { return {belief_, stamp_, initialised_}; }
+  [[nodiscard]] FilterState state() const { return {belief_, assists_, stamp_, initialised_}; }
   void restore(const FilterState& state);
   void begin_history();
   void begin_replays();
@@ -173,7 +176,8 @@ class Filter {
 
   FilterOptions options_;
   Belief belief_;
-  Belief carried_;  // what output() publishes when the filter itself is older
+  AssistState assists_;  // belongs to belief_
+  Belief carried_;       // what output() publishes when the filter itself is older
   MeasurementQueue queue_;
   std::optional<History> history_;
   ReplayStats replays_;

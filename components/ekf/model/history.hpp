@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "ekf/model/assists.hpp"
 #include "ekf/model/control.hpp"
 #include "ekf/model/measurement_queue.hpp"
 #include "ekf/model/state.hpp"
@@ -18,6 +19,7 @@ namespace nacelle::ekf {
 /// the filter another state of that kind adds it here (Filter::state() and Filter::restore()).
 struct FilterState {
   Belief belief;
+  AssistState assists;
   WallTime stamp{};
   bool initialised{false};
 };

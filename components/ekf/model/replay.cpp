@@ -24,6 +24,7 @@ constexpr std::int64_t cost_of(const Measurement& measurement) {
 
 void Filter::restore(const FilterState& state) {
   belief_ = state.belief;
+  assists_ = state.assists;
   stamp_ = state.stamp;
   initialised_ = state.initialised;
 }
@@ -153,12 +154,16 @@ void Filter::drop_pending(Rejection cause) {
 
 void Filter::carry_in_pieces(Duration gap, WallTime to) {
   const Duration longest = std::max(options_.period, options_.sensor_timeout);
-  if (!history_ || gap <= longest || longest <= 0ns) return carry(belief_, to_seconds(gap), to);
+  const auto carry_one = [this](Duration piece, WallTime end) {
+    advance(assists_, belief_.mean, to_seconds(piece), options_.assists);
+    carry(belief_, to_seconds(piece), end);
+  };
+  if (!history_ || gap <= longest || longest <= 0ns) return carry_one(gap, to);
   const std::int64_t pieces = std::min<std::int64_t>((gap - Duration{1}) / longest + 1, kMostPieces);
   for (std::int64_t left = pieces; left > 0; --left) {
     const Duration piece = gap / left;
     gap -= piece;
-    carry(belief_, to_seconds(piece), to - gap);
+    carry_one(piece, to - gap);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "ekf/model/state.hpp"
+#include "ekf/model/witness.hpp"
 #include "nacelle/base/result.hpp"
 
 namespace nacelle::ekf {
@@ -18,6 +19,7 @@ struct Reading {
   std::array<double, static_cast<std::size_t>(kStates) * kStates>
       covariance{};                                      ///< R, row k column l at [k * kStates + l]; symmetric.
   double gate{std::numeric_limits<double>::infinity()};  ///< Largest Mahalanobis distance, not squared.
+  Witness witness;
 
   /// Appends a row whose error is independent of the others'.
   void add(StateIndex state, double z, double variance) {

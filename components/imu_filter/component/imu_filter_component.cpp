@@ -58,6 +58,19 @@ ImuFilterComponent::ImuFilterComponent(const NodeOptions& options, bool use_mag)
   for (const char* const axis : {"mag_bias_x", "mag_bias_y", "mag_bias_z"}) {
     declare_parameter(axis, 0.0, within("T subtracted from imu/mag: the field of the robot's own iron", -10.0, 10.0));
   }
+  declare_parameter(
+      "mag_gate_strength", 0.0,
+      within("T; a field whose strength differs by more from the reference is not used; 0: off", 0.0, 1.0));
+  declare_parameter(
+      "mag_gate_dip", 0.0,
+      within("rad; a field whose dip differs by more from the reference is not used; 0: off", 0.0, std::numbers::pi));
+  declare_parameter("mag_reference_strength", 0.0,
+                    within("T; the earth's field here; 0: strength and dip are learnt in the first second", 0.0, 1.0));
+  declare_parameter(
+      "mag_reference_dip", 0.0,
+      within("rad below the horizon, with mag_reference_strength", -std::numbers::pi / 2, std::numbers::pi / 2));
+  declare_parameter("mag_gate_patience", 10.0,
+                    within("s; a field that is refused for so long and stays the same is used", 0.0, 1e6));
   const QoS qos = QoS(10).best_effort();
   data_ = create_publisher<sensor_msgs::msg::Imu>("imu/data", qos);
   raw_ = create_subscription<sensor_msgs::msg::Imu>("imu/data_raw", SensorDataQoS(QoS(10)),
@@ -82,6 +95,9 @@ CallbackReturn ImuFilterComponent::on_configure(const State&) {
   }
   options_.world = world == "enu" ? WorldFrame::enu() : world == "nwu" ? WorldFrame::nwu() : WorldFrame::ned();
   filter_ = make_filter(options_.world);
+  const FieldGateOptions gate = read_field_gate();
+  field_gate_.reset();
+  if (gate.any()) field_gate_.emplace(gate);
   stats_ = {};
   return CallbackReturn::SUCCESS;
 }
@@ -90,6 +106,7 @@ CallbackReturn ImuFilterComponent::on_activate(const State&) {
   // What the sensor did while inactive is unknown: the next reading starts anew. A bias that was learnt stays.
   last_stamp_.reset();
   last_field_t_.reset();
+  up_S_.reset();
   waiting_since_.reset();
   return CallbackReturn::SUCCESS;
 }
@@ -97,9 +114,9 @@ CallbackReturn ImuFilterComponent::on_activate(const State&) {
 CallbackReturn ImuFilterComponent::on_deactivate(const State&) {
   get_logger().info(
       "{} of {} readings published: {} waited for a field, {} unusable, {} out of order, {} not sent since all "
-      "messages were in use; {} gaps, {} without a field, {} unusable fields",
+      "messages were in use; {} gaps, {} without a field, {} unusable fields, {} fields of another strength or dip",
       stats_.published, stats_.received, stats_.waiting, stats_.unusable, stats_.out_of_order, stats_.unread,
-      stats_.gaps, stats_.without_field, stats_.unusable_fields);
+      stats_.gaps, stats_.without_field, stats_.unusable_fields, stats_.gated_fields);
   return CallbackReturn::SUCCESS;
 }
 
@@ -115,8 +132,41 @@ void ImuFilterComponent::on_field(const sensor_msgs::msg::MagneticField& field) 
     ++stats_.unusable_fields;
     return;
   }
+  if (field_gate_ && !fits(time_of(field.header.stamp), value_t)) return;
   last_field_t_ = value_t;
   last_field_stamp_ = time_of(field.header.stamp);
+}
+
+FieldGateOptions ImuFilterComponent::read_field_gate() const {
+  FieldGateOptions gate;
+  gate.strength_tolerance_t = get<double>("mag_gate_strength");
+  gate.dip_tolerance_rad = get<double>("mag_gate_dip");
+  gate.patience = from_seconds(get<double>("mag_gate_patience"));
+  const auto strength_t = get<double>("mag_reference_strength");
+  if (strength_t > 0.0) gate.reference = FieldShape{strength_t, get<double>("mag_reference_dip")};
+  return gate;
+}
+
+bool ImuFilterComponent::fits(WallTime stamp, const Eigen::Vector3d& field_t) {
+  const std::uint64_t adopted = field_gate_->adoptions();
+  const std::optional<Eigen::Vector3d> up_S =
+      last_stamp_ ? filter_->orientation().conjugate() * options_.world.up : up_S_;
+  const auto verdict = field_gate_->judge(stamp, field_t, up_S);
+  const FieldShape& seen = field_gate_->last();
+  if (field_gate_->adoptions() > adopted)
+    get_logger().warn(
+        "{}: {:.1f} uT with a dip of {:.2f} rad, which the reference does not allow, stay the same: they are used from "
+        "now on",
+        field_->get_topic_name(), seen.strength_t * 1e6, seen.dip_rad);
+  if (verdict == FieldGate::Verdict::Fits) return true;
+  ++stats_.gated_fields;
+  const FieldShape& reference = *field_gate_->reference();
+  get_logger().warn_throttle(10s,
+                             "{}: the field has {:.1f} uT and a dip of {:.2f} rad instead of {:.1f} uT and {:.2f} rad; "
+                             "it is not used ({} so far)",
+                             field_->get_topic_name(), seen.strength_t * 1e6, seen.dip_rad, reference.strength_t * 1e6,
+                             reference.dip_rad, stats_.gated_fields);
+  return false;
 }
 
 void ImuFilterComponent::on_raw(const sensor_msgs::msg::Imu& raw) {
@@ -133,6 +183,8 @@ void ImuFilterComponent::on_raw(const sensor_msgs::msg::Imu& raw) {
         stats_.unusable);
     return;
   }
+  if (const double force = measurement.acceleration_mps2.norm(); field_gate_ && !last_stamp_ && force > 0.0)
+    up_S_ = measurement.acceleration_mps2 / force;
   if (last_field_t_) {
     const Duration age = stamp - last_field_stamp_;
     if (age <= kOldestField && age >= -kOldestField) measurement.magnetic_field = last_field_t_;

@@ -6,6 +6,7 @@
 
 #include <sensor_msgs/msg/imu.hpp>
 #include <sensor_msgs/msg/magnetic_field.hpp>
+#include "imu_filter/model/field_gate.hpp"
 #include "imu_filter/model/orientation_filter.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
 
@@ -22,6 +23,7 @@ struct ImuFilterStats {
   std::uint64_t gaps{};           ///< Pauses after which the tilt was taken anew; their readings were published.
   std::uint64_t without_field{};  ///< Published without a fresh field, with use_mag.
   std::uint64_t unusable_fields{};
+  std::uint64_t gated_fields{};  ///< Of another strength or dip than the reference, with mag_gate_*.
 };
 
 /// imu/data_raw and imu/mag in, imu/data with orientation out (node name "imu_filter"; one message per reading, with its stamp).
@@ -57,6 +59,9 @@ class ImuFilterComponent : public LifecycleNode {
 
   void on_raw(const sensor_msgs::msg::Imu& raw);
   void on_field(const sensor_msgs::msg::MagneticField& field);
+  [[nodiscard]] FieldGateOptions read_field_gate() const;
+  /// Whether the field may be used; logs if not.
+  [[nodiscard]] bool fits(WallTime stamp, const Eigen::Vector3d& field_t);
   [[nodiscard]] Step advance(WallTime stamp, Measurement& measurement);
   [[nodiscard]] Step start(WallTime stamp, const Measurement& measurement);
   void publish(const sensor_msgs::msg::Imu& raw, bool has_field);
@@ -69,6 +74,8 @@ class ImuFilterComponent : public LifecycleNode {
   std::optional<WallTime> last_stamp_;
   std::optional<WallTime> waiting_since_;
   std::optional<Eigen::Vector3d> last_field_t_;
+  std::optional<FieldGate> field_gate_;
+  std::optional<Eigen::Vector3d> up_S_;  // before the filter has started, by the accelerometer
   WallTime last_field_stamp_{};
   ImuFilterStats stats_;
 };

@@ -11,7 +11,8 @@
 namespace nacelle::ekf {
 namespace {
 
-/// Measurements of a second with any stamps, some of them equal; each is a part of its own, so that they may come in any order.
+/// Measurements of a second with any stamps, some of them equal; each is a part of its own, so that they may come in any order. Every
+/// third is of wheels, every third of an IMU.
 std::vector<Told> any_measurements(std::mt19937& random, std::uint16_t count) {
   std::uniform_int_distribution<int> when{0, 199};
   std::uniform_int_distribution<int> rows{1, 6};
@@ -26,6 +27,10 @@ std::vector<Told> any_measurements(std::mt19937& random, std::uint16_t count) {
     for (int k = 0; k < n; ++k)
       t.reading.add(static_cast<StateIndex>(states[static_cast<std::size_t>(k)]), 0.3 * any(random),
                     0.01 + 0.05 * std::abs(any(random)));
+    if (part % 3 == 0) t.reading.witness.source = Witness::Source::Wheels;
+    if (part % 3 == 1) t.reading.witness.source = Witness::Source::Imu;
+    t.reading.witness.linear = {0.3 * any(random), 0.0, 9.8};
+    t.reading.witness.angular = {0.0, 0.0, 0.3 * any(random)};
   }
   return told;
 }
@@ -33,6 +38,7 @@ std::vector<Told> any_measurements(std::mt19937& random, std::uint16_t count) {
 struct Switches {
   bool predicts, dynamic;
   std::int64_t replay_instructions;
+  bool assists{false};
 };
 class AnyOrder : public ::testing::TestWithParam<Switches> {};
 
@@ -46,6 +52,7 @@ TEST_P(AnyOrder, of_stamps_within_the_history_gives_the_same_state) {
     o.predict_to_current_time = GetParam().predicts;
     o.dynamic_process_noise = GetParam().dynamic;
     o.replay_instructions = GetParam().replay_instructions;
+    o.assists.gyro_bias.on = o.assists.standstill.on = o.assists.slip.on = GetParam().assists;
     std::uniform_int_distribution<int> later{0, 1000};
     const auto state_of = [&](bool in_order) {
       Filter filter{o};
@@ -74,7 +81,8 @@ TEST_P(AnyOrder, of_stamps_within_the_history_gives_the_same_state) {
 }
 INSTANTIATE_TEST_SUITE_P(Switches, AnyOrder,
                          ::testing::Values(Switches{false, false, 1'500'000}, Switches{true, false, 1'500'000},
-                                           Switches{false, true, 1'500'000}, Switches{true, true, 100'000}));
+                                           Switches{false, true, 1'500'000}, Switches{true, true, 100'000},
+                                           Switches{false, false, 1'500'000, true}));
 
 TEST(AnyOrderAtOnce, of_arrival_within_one_step_does_not_matter_even_for_the_first_stamp) {
   std::mt19937 random{7};

@@ -199,6 +199,23 @@ TEST_F(ImuFilterNode, an_unknown_world_frame_is_refused_with_those_that_there_ar
   EXPECT_NE(outcome.reason.find("give enu, nwu or ned"), std::string::npos) << outcome.reason;
 }
 
+TEST_F(ImuFilterNode, a_field_of_another_strength_is_counted_and_not_used) {
+  set("mag_gate_strength", 5e-6);
+  start();
+  for (int i = 0; i < 150; ++i, ms_ += 10) {
+    send_field(0.0, 20e-6);
+    send(at_rest());
+  }
+  const double before = yaw_of(published().back());
+  for (int i = 0; i < 100; ++i, ms_ += 10) {
+    send_field(60e-6, 20e-6);
+    send(at_rest());
+  }
+  EXPECT_EQ(node_->stats().gated_fields, 100U);
+  EXPECT_NEAR(yaw_of(published().back()), before, 1e-3) << "without the gate the heading follows the iron";
+  EXPECT_GT(published().back().orientation_covariance[8], 1.0);
+}
+
 TEST_F(ImuFilterNode, takes_nothing_from_the_heap_per_reading) {
   Measurement m{.dt_s = 0.01};
   m.acceleration_mps2 = {0.1, 0.2, 9.8};
