@@ -43,6 +43,8 @@ class Recording final : public MessageLog {
   /// Of several files, the open one has it.
   void attach(const RunText& text, std::uint64_t time) override;
   void look_at_time(MonotonicTime now) override;
+  /// Waits until so many bytes more can wait for the disk.
+  void await_room(std::size_t bytes) const { disk_.await_room(bytes + writer_room()); }
   /// Waits until the disk has the chunks that are closed.
   void flush() { disk_.drain(); }
   /// Errors: problem() says which.
@@ -61,6 +63,7 @@ class Recording final : public MessageLog {
   void close_file();
   void end(Problem problem);
   [[nodiscard]] bool has_space();
+  [[nodiscard]] std::size_t writer_room() const { return writer_ ? writer_->pending() : 0; }
   [[nodiscard]] std::uint16_t channel(std::size_t index);
 
   const RecordingOptions options_;
