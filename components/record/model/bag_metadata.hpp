@@ -30,6 +30,8 @@ struct BagMetadata {
 [[nodiscard]] std::string offered_qos_profiles(const std::vector<QoS>& offered);
 /// Reads such a text, with enumerators as words (rosbag2 of jazzy and later) or numbers. Returns nothing if it is none.
 [[nodiscard]] std::vector<QoS> read_qos_profiles(const std::string& yaml);
+/// Returns a QoS that fits the readers of each of these publishers: the strongest that one of them offers of each policy. QoS(10) if there are none.
+[[nodiscard]] QoS strongest_qos(const std::vector<QoS>& offered);
 /// Returns the text of metadata.yaml, version 9.
 [[nodiscard]] std::string metadata_yaml(const BagMetadata& metadata);
 
