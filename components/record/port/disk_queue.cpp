@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -14,7 +15,8 @@ namespace {
 
 constexpr Duration kSyncEvery = 750ms;  // with a chunk of 1 s and the disk's own time, less than 2 s are lost
 constexpr std::size_t kMostSpare = 4;
-constexpr int kNice = 10;  // the robot's threads come first
+constexpr std::size_t kLeastSpare = std::size_t{16} << 10U;  // smaller ones are those of a file's head and end
+constexpr int kNice = 10;                                    // the robot's threads come first
 
 }  // namespace
 
@@ -32,9 +34,12 @@ DiskQueue::~DiskQueue() {
 
 ByteBuffer DiskQueue::spare(std::size_t capacity) {
   const LockGuard lock{mutex_};
-  if (spare_.empty()) return ByteBuffer{capacity};
-  ByteBuffer taken = std::move(spare_.back());
-  spare_.pop_back();
+  // The one that was used last is in the processor's cache.
+  const auto found =
+      std::find_if(spare_.rbegin(), spare_.rend(), [&](const ByteBuffer& one) { return one.capacity() >= capacity; });
+  if (found == spare_.rend()) return ByteBuffer{capacity};
+  ByteBuffer taken = std::move(*found);
+  spare_.erase(std::next(found).base());
   return taken;
 }
 
@@ -122,6 +127,7 @@ void DiskQueue::run_job(Job& job) {
 void DiskQueue::finish_job(Job& job) {
   if (job.bytes.capacity() == 0) return;
   waiting_ -= job.bytes.size();
+  if (job.bytes.capacity() < kLeastSpare) return;
   job.bytes.clear();
   spare_.push_back(std::move(job.bytes));
 }

@@ -61,12 +61,13 @@ TEST_F(DiskQueueTest, takes_a_buffer_without_copying_it_and_gives_another_one) {
   auto made = FileSink::create(path("a"));
   ASSERT_TRUE(made) << made.error().text();
   QueuedFile file{queue, std::shared_ptr<FileSink>{std::move(*made)}};
-  ByteBuffer buffer{100};
+  constexpr std::size_t kCapacity = 100'000;
+  ByteBuffer buffer{kCapacity};
   const auto hand_over = [&](const char* text) {
     buffer.append(as_bytes(text));
     EXPECT_TRUE(file.hand_over(buffer));
     EXPECT_EQ(buffer.size(), 0U);
-    EXPECT_EQ(buffer.capacity(), 100U);
+    EXPECT_EQ(buffer.capacity(), kCapacity);
     queue.drain();
   };
   const std::uint8_t* const first = buffer.bytes().data();
