@@ -11,6 +11,9 @@
 // Source: rosbag2 (jazzy), rosbag2_storage/include/rosbag2_storage/{yaml,qos}.hpp, rosbag2_storage/src/rosbag2_storage/metadata_io.cpp
 namespace nacelle::record {
 
+/// The name of the metadata record in which Nacelle's recorder says at the end what was lost and copied; the last file has it.
+inline constexpr const char* kRecorderRecord = "nacelle.recorder";
+
 struct BagTopic {
   std::string name, type, hash;
   std::vector<QoS> offered;  ///< By its publishers.
