@@ -91,6 +91,10 @@ class Record(Recorder, RunningRobotTest):
         metadata = (bag / "metadata.yaml").read_text()
         self.assertIn(f"  message_count: {found['messages']}\n", metadata)
         self.assertNotIn("rosbag2_recorder", self.run_program("component", "list").stdout)
+        said = found["notes"]["nacelle.recorder"]
+        self.assertGreaterEqual(int(said["lost"]), sum(lost.values()), said)
+        self.assertGreaterEqual(int(said["camera copies"]), counts["/camera/image_raw"], said)
+        self.assertRegex(self.run_program("bag", "info", bag).stdout, r"Camera copies: +[1-9]")
 
     @unittest.skipUnless(SECONDS, "NACELLE_RECORD_SECONDS is not set: on a machine with other work the recorder may come too late")
     def test_a_whole_robot_is_recorded_without_a_loss(self):
@@ -150,11 +154,14 @@ class Record(Recorder, RunningRobotTest):
 
     def test_it_ends_by_itself_and_splits_files(self):
         bag = self.folder / "split"
-        done = self.expect_exit(self.run_program("bag", "record", "/odom", "/never", "-e", "^/im", "-x", "raw$", "-d", "1", "--for", "3", "-o", bag), 0)
+        done = self.expect_exit(self.run_program("bag", "record", "/odom", "/tf_static", "/never", "-e", "^/im", "-x", "raw$", "-d", "1", "--for", "3", "-o", bag), 0)
         self.assertIn(f"{bag} is complete\n", done.stdout)
         self.assertIn("never published: /never", done.stderr)
-        self.assertEqual(set(self.counts(bag)), {"/odom", "/imu/data", "/imu/mag", "/imu/temperature"})
-        self.assertGreaterEqual(len(self.info(bag)["files"]), 3)
+        self.assertEqual(set(self.counts(bag)), {"/odom", "/tf_static", "/imu/data", "/imu/mag", "/imu/temperature"})
+        files = self.info(bag)["files"]
+        self.assertGreaterEqual(len(files), 3)
+        for file in files:
+            self.assertEqual(self.counts(file).get("/tf_static"), 1, "each file stands alone")
         refused = self.run_program("bag", "record", "-a", "-o", bag)
         self.assertEqual(refused.returncode, 1)
         self.assertIn("exists already", refused.stderr)

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "nacelle/msgs/byte_message.hpp"
+
 namespace nacelle::record {
 
 std::size_t MessageLog::add_topic(const std::string& name, const msgs::MessageType& type, std::vector<QoS> offered) {
@@ -21,7 +23,10 @@ void MessageLog::count(Topic& topic, std::size_t size) {
 }
 
 std::optional<std::uint16_t> channel_of(const MessageLog::Topic& topic, McapWriter& writer) {
-  const auto schema = writer.add_schema(topic.known.type, "ros2msg", topic.type->definition);
+  // Without a definition there is no encoding of one, as with rosbag2.
+  const std::string definition = topic.type->definition;
+  const bool is_unknown = definition.empty() && msgs::is_byte_type(*topic.type);
+  const auto schema = writer.add_schema(topic.known.type, is_unknown ? "" : "ros2msg", definition);
   if (!schema) return std::nullopt;
   return writer.add_channel(
       *schema, topic.known.name, "cdr",

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,6 +51,8 @@ class MessageLog {
   virtual void look_at_time(MonotonicTime now) = 0;
   /// Continues in another file, where there are files.
   virtual void split() = 0;
+  /// Keeps words about the whole log (what was lost) for its end; later ones replace earlier ones.
+  virtual void say_at_end(std::map<std::string, std::string> words) { static_cast<void>(words); }
   /// Completes what there is to complete. Returns problem(). A second call does nothing.
   virtual std::optional<Problem> finish() = 0;
 

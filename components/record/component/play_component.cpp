@@ -29,18 +29,6 @@ ParameterDescriptor bounded(std::string description, double from, double to) {
 
 std::uint64_t nanoseconds(double seconds) { return static_cast<std::uint64_t>(seconds * 1e9); }
 
-/// What fits the readers of each of these publishers.
-QoS strongest(const std::vector<QoS>& offered) {
-  if (offered.empty()) return QoS(10);
-  QoS qos = offered.front();
-  for (const QoS& one : offered) {
-    if (one.reliability() == Reliability::Reliable) qos.reliable();
-    if (one.durability() == Durability::TransientLocal) qos.transient_local();
-    if (!qos.keeps_all() && !one.keeps_all()) qos.keep_last(std::max(qos.depth(), one.depth()));
-  }
-  return qos;
-}
-
 }  // namespace
 
 PlayComponent::PlayComponent(const NodeOptions& options)
@@ -174,7 +162,8 @@ std::unique_ptr<Writer> PlayComponent::make_writer(const OrderedMessages::Topic&
   if (hash != topic.metadata.end() && !hash->second.empty() && hash->second != (*type)->hash)
     return leave_out("it was recorded with another definition of " + topic.type);
   const auto offered = topic.metadata.find("offered_qos_profiles");
-  const QoS qos = strongest(offered == topic.metadata.end() ? std::vector<QoS>{} : read_qos_profiles(offered->second));
+  const QoS qos =
+      strongest_qos(offered == topic.metadata.end() ? std::vector<QoS>{} : read_qos_profiles(offered->second));
   auto writer = GenericTopics{host(), get_fully_qualified_name()}.write(resolve_topic_name(topic.name), **type, qos);
   out = {*type, writer.get(), qos.resolved().durability() == Durability::TransientLocal};
   return writer;

@@ -56,6 +56,9 @@ RecordComponent::RecordComponent(const NodeOptions& options)
   split_events_ = create_publisher<rosbag2_interfaces::msg::WriteSplitEvent>("events/write_split", QoS(1));
   diagnostics_ = create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", QoS(10));
   timer_ = create_wall_timer(1s, [this] { report(); });
+  remote_timer_ = create_wall_timer(250ms, [this] {
+    if (remote_) remote_->look();
+  });
   offer_services();
 }
 
@@ -73,6 +76,10 @@ TopicWish RecordComponent::declare_topics() {
   for (std::string& topic : wish.exclude_topics) topic = resolve_topic_name(topic);
   wish.hidden = declare_parameter("record.include_hidden_topics", false,
                                   fixed("Of all topics, take those with a part that begins with '_', too."));
+  takes_all_remote_ = declare_parameter(
+      "record.all_remote_topics", false,
+      fixed("With record.all_topics, also every topic that only other programs on the network publish. Those that "
+            "record.topics names or record.regex finds are recorded anyway."));
   starts_paused_ = declare_parameter("record.start_paused", false, fixed("Wait for ~/resume."));
   return wish;
 }
@@ -106,6 +113,9 @@ void RecordComponent::declare_storage() {
   storage_.most_waiting =
       kMegabyte * static_cast<std::uint64_t>(declare_parameter<std::int64_t>(
                       "storage.max_cache_size", 32, counted("Megabytes that may wait for the disk.", 4, 4096)));
+  storage_.repeats_latched = declare_parameter(
+      "record.repeat_all_transient_local", true,
+      fixed("Begin each further file with what transient_local publishers keep (/tf_static, /robot_description)."));
   ring_.longest = 1s * declare_parameter<std::int64_t>(
                            "storage.ring", 0,
                            counted("Keep the last so many seconds in memory, for ~/snapshot; 0: write all to the disk.",
@@ -227,7 +237,20 @@ CallbackReturn RecordComponent::on_activate(const State&) {
     (*log)->attach(text, static_cast<std::uint64_t>(SystemClock{}.wall_now().nanoseconds()));
   recorder_ = std::make_unique<Recorder>(GenericTopics{host(), get_fully_qualified_name()}, recorder_options(),
                                          std::move(*log), end);
+  look_for_remote_topics();
   return CallbackReturn::SUCCESS;
+}
+
+void RecordComponent::look_for_remote_topics() {
+  RemoteTopics::Options options;
+  options.takes = [this](const std::string& topic) {
+    return takes_all_remote_ ? choice_->takes(topic) : choice_->picks(topic);
+  };
+  options.add = [this](const std::string& topic, const msgs::MessageType& type, const std::vector<QoS>& offered) {
+    recorder_->add_remote(topic, type, offered);
+  };
+  remote_ = std::make_unique<RemoteTopics>(*this, steady_clock(), facts_, std::move(options));
+  remote_->look();
 }
 
 void RecordComponent::on_snapshot(const std::string& reason, const Result<Snapshot, Problem>& result) {
@@ -254,6 +277,7 @@ CallbackReturn RecordComponent::on_error(const State&) {
 void RecordComponent::stop() {
   close_fault(kEnded);
   no_log_.reset();
+  remote_.reset();
   if (!recorder_) return black_box_.reset();
   const auto problem = recorder_->stop();
   if (open_ring_ != nullptr) black_box_->finish(*open_ring_);
@@ -262,6 +286,8 @@ void RecordComponent::stop() {
   if (open_ring_ == nullptr)
     get_logger().info("recorded {} messages ({:.1f} MB) into {}", figures.messages, megabytes(figures.bytes),
                       figures.folder);
+  if (figures.copies > 0)
+    get_logger().info("recording copied {} images ({:.1f} MB)", figures.copies, megabytes(figures.bytes_copied));
   for (const std::string& topic : figures.absent) get_logger().warn("{} was never published", topic);
   for (const auto& topic : figures.topics) {
     if (topic.lost_in_queue > 0) get_logger().warn("lost in queue: {} messages of {}", topic.lost_in_queue, topic.name);
@@ -297,6 +323,8 @@ void RecordComponent::report() {
   row.add("messages", std::to_string(figures.messages));
   row.add("topics", std::to_string(figures.topics.size()));
   row.add("lost", std::to_string(figures.lost));
+  row.add("camera copies", std::to_string(figures.copies));
+  row.add("camera bytes copied", std::to_string(figures.bytes_copied));
   if (black_box_) {
     const BlackBox::Figures box = black_box_->figures();
     row.add("ring seconds", fmt::format("{:.1f}", to_seconds(figures.reach.value_or(Duration::zero()))));

@@ -12,6 +12,7 @@
 #include "record/component/black_box.hpp"
 #include "record/component/recorder.hpp"
 #include "record/component/recording.hpp"
+#include "record/component/remote_topics.hpp"
 #include "rosbag2_interfaces/msg/write_split_event.hpp"
 #include "rosbag2_interfaces/srv/is_paused.hpp"
 #include "rosbag2_interfaces/srv/pause.hpp"
@@ -52,6 +53,7 @@ class RecordComponent final : public LifecycleNode {
   void on_snapshot(const std::string& reason, const Result<Snapshot, Problem>& result);
   void note(Problem problem);
   void stop();
+  void look_for_remote_topics();
   void report();
 
   std::optional<Problem> problem_;  // of the parameters, the first one
@@ -64,9 +66,11 @@ class RecordComponent final : public LifecycleNode {
   Ring* open_ring_ = nullptr;      // the recorder's log, if it is one; for the recorder's thread
   std::optional<Problem> no_log_;  // why there is no recorder
   std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<RemoteTopics> remote_;  // beside the recorder
+  bool takes_all_remote_ = false;
   std::shared_ptr<Publisher<diagnostic_msgs::msg::DiagnosticArray>> diagnostics_;
   std::shared_ptr<Publisher<rosbag2_interfaces::msg::WriteSplitEvent>> split_events_;  // the recorder's thread's
-  std::shared_ptr<Timer> timer_;
+  std::shared_ptr<Timer> timer_, remote_timer_;
   std::vector<std::shared_ptr<void>> services_;
   std::shared_ptr<Service<rosbag2_interfaces::srv::Snapshot>> snapshots_;
 };

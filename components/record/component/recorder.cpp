@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <set>
-#include <string_view>
+
+#include "record/component/image_memory.hpp"
+#include "record/component/special_topics.hpp"
 
 namespace nacelle::record {
 namespace {
@@ -16,7 +18,7 @@ constexpr Duration kTick = 250ms;        // chunks and figures
 constexpr Duration kBreather = 5ms;      // publishers do not wake the thread meanwhile
 constexpr std::size_t kLeastDepth = 16;  // several breathers of a stream of 1 kHz
 constexpr int kMostAtOnce = 256;
-constexpr int kNice = 5;
+constexpr int kRecorderNice = 5;
 
 /// Of messages in a device's memory as few as possible are kept from it.
 QoS fitting(const std::vector<QoS>& offered, bool holds_buffers) {
@@ -25,33 +27,6 @@ QoS fitting(const std::vector<QoS>& offered, bool holds_buffers) {
 
 std::uint64_t nanoseconds(WallTime time) {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, time.since_origin.count()));
-}
-
-constexpr std::string_view kDescriptionTopic = "/robot_description", kDescriptionType = "std_msgs/msg/String";
-constexpr std::string_view kStopTopic = "/emergency_stop", kStopType = "std_msgs/msg/Bool";
-
-bool is_emergency_stop(const EndpointSpec& spec) {
-  return spec.topic.ends_with(kStopTopic) && spec.type->name == kStopType;
-}
-
-bool is_description(const EndpointSpec& spec) {
-  return spec.topic.ends_with(kDescriptionTopic) && spec.type->name == kDescriptionType;
-}
-
-/// Of a std_msgs/String.
-std::string text_in(const msgs::MessageType& type, const void* message) {
-  constexpr std::size_t kBegin = 4 + 4;  // after the encapsulation's header and the length; a zero ends it
-  Bytes encoded(type.encoded_size(message));
-  type.encode(message, encoded.data());
-  if (encoded.size() <= kBegin) return {};
-  return std::string{as_text(ByteView{encoded}.subspan(kBegin, encoded.size() - kBegin - 1))};
-}
-
-/// Of a std_msgs/Bool.
-bool is_set(const msgs::MessageType& type, const void* message) {
-  Bytes encoded(type.encoded_size(message));
-  type.encode(message, encoded.data());
-  return !encoded.empty() && encoded.back() != 0;
 }
 
 }  // namespace
@@ -70,6 +45,10 @@ struct Recorder::Stream final : ReadyListener {
   QoS qos{1};
   std::atomic<bool> queued{false};
   std::uint64_t lost_before = 0;  // by earlier readers
+  std::uint64_t lost() const {
+    if (!reader) return lost_before;
+    return lost_before + reader->status().lost + reader->counters().inactive;  // closed: see take_messages()
+  }
   std::unique_ptr<Reader> reader;
 };
 
@@ -103,6 +82,7 @@ std::optional<Problem> Recorder::stop() {
   }
   changed_.notify_all();
   thread_.join();
+  log_->say_at_end(closing_words(figures()));
   auto problem = log_->problem() ? std::nullopt : log_->finish();
   note_figures();
   return problem;
@@ -130,7 +110,6 @@ RecorderFigures Recorder::figures() const {
 // --- told by publishers, with locks of theirs held ------------------------------------------------------------------------
 
 void Recorder::on_made(const EndpointInfo& endpoint) noexcept {
-  if (!endpoint.is_writer && (!options_.on_stop || !is_emergency_stop(endpoint.spec))) return;
   {
     const LockGuard lock{mutex_};
     if (is_ending_) return;
@@ -158,7 +137,7 @@ void Recorder::note_ready(Stream& stream) noexcept {
 
 void Recorder::run() {
   ::pthread_setname_np(::pthread_self(), "record");
-  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice);
+  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kRecorderNice);
   bool goes_on = true;
   while (goes_on && !log_->problem()) {
     goes_on = wait();
@@ -190,7 +169,7 @@ void Recorder::run() {
 
 /// Keeps what the reader has lost, for the figures.
 void Recorder::close_reader(Stream& stream) {
-  stream.lost_before += stream.reader->status().lost;
+  stream.lost_before = stream.lost();
   stream.reader.reset();
 }
 
@@ -228,9 +207,13 @@ void Recorder::take_changes() {
   for (Change& change : changes_now_) {
     if (!change.made) {
       writers_.erase(change.endpoint);
+      ends_.erase(change.endpoint);
       forget_stop_reader(change.endpoint);
-    } else if (!change.made->is_writer) {
-      look_for_stop(*change.made);
+      continue;
+    }
+    note_end(*change.made);
+    if (!change.made->is_writer) {
+      if (options_.on_stop && is_emergency_stop(change.made->spec)) look_for_stop(*change.made);
     } else {
       if (is_description(change.made->spec)) look_for_description(*change.made);
       if (!options_.choice.takes(change.made->spec.topic)) continue;
@@ -247,13 +230,43 @@ void Recorder::read(const Key& key) {
   for (const auto& [id, writer] : writers_) {
     if (writer.first == key) offered.push_back(writer.second);
   }
-  if (offered.empty()) return;  // it came and went
+  if (!offered.empty()) read(key, std::move(offered));  // else it came and went
+}
+
+/// A remote topic that somebody here uses now is left to its type: the network has one reader's type for all.
+void Recorder::note_end(const EndpointInfo& endpoint) {
+  if (endpoint.spec.via != 0 || endpoint.spec.node == topics_.node()) return;
+  const Key key{endpoint.spec.topic, endpoint.spec.type};
+  ends_.emplace(endpoint.id, key);
+  for (auto remote = remote_.begin(); remote != remote_.end();) {
+    if (remote->first != key.first || *remote == key) {
+      ++remote;
+      continue;
+    }
+    if (Stream& stream = *streams_.at(*remote); stream.reader) close_reader(stream);
+    remote = remote_.erase(remote);
+  }
+}
+
+void Recorder::add_remote(const std::string& topic, const msgs::MessageType& type, const std::vector<QoS>& offered) {
+  static_cast<void>(post([this, key = Key{topic, &type}, offered] {
+    const auto is_used = [&](const auto& end) { return end.second.first == key.first; };
+    if (std::any_of(ends_.begin(), ends_.end(), is_used)) return;
+    remote_.insert(key);
+    const auto known = streams_.find(key);
+    if (known == streams_.end() || !known->second->reader) read(key, offered);
+  }));
+}
+
+void Recorder::read(const Key& key, std::vector<QoS> offered) {
   const QoS qos = fitting(offered, key.second->holds_buffers);
   auto& stream = streams_[key];
   const bool is_new = !stream;
   if (is_new) {
     stream = std::make_unique<Stream>(*this);
     stream->topic = log_->add_topic(key.first, *key.second, std::move(offered));
+  } else if (!stream->reader) {
+    // It was left to another type, which nobody here uses any more.
   } else if (stream->qos.reliability() == qos.reliability() && stream->qos.durability() == qos.durability()) {
     return;
   } else {
@@ -329,22 +342,28 @@ void Recorder::take_messages(Stream& stream) {
   stream.queued = false;
   // What comes after a pause is not understood without the messages that stay (a map, fixed transforms).
   const bool is_wanted = !is_paused_ || stream.qos.durability() == Durability::TransientLocal;
-  for (int left = kMostAtOnce; left > 0; --left) {
+  for (int left = stream.reader ? kMostAtOnce : 0; left > 0; --left) {
     Block* const block = stream.reader->take();
     if (block == nullptr) return;
-    if (is_wanted) {
-      const Clock& clock = topics_.clock();
-      const MonotonicTime now = clock.now();
-      const WallTime wall = clock.wall_now();
-      // A message of the publisher's history comes when the recording begins, however old it is.
-      const MonotonicTime came = std::max(block->info.received_time, begun_);
-      log_->write(stream.topic, block->message,
-                  {nanoseconds(wall - (now - came)), nanoseconds(wall - (now - block->info.source_time)),
-                   block->info.writer_id});
-    }
+    // The memory is a device's, which has few: no other one is held until this one is encoded.
+    const bool is_only_one = block->via == 0 && is_lent(*log_->topics()[stream.topic].type, block->message);
+    if (is_only_one) stream.reader->set_enabled(false);
+    if (is_wanted) record(stream, *block);
     drop_reference(*block);
+    if (is_only_one) stream.reader->set_enabled(true);
   }
-  stream.on_ready();  // others get their turn
+  if (stream.reader) stream.on_ready();  // others get their turn
+}
+
+void Recorder::record(Stream& stream, Block& block) {
+  const Clock& clock = topics_.clock();
+  const MonotonicTime now = clock.now();
+  const WallTime wall = clock.wall_now();
+  // A message of the publisher's history comes when the recording begins, however old it is.
+  const MonotonicTime came = std::max(block.info.received_time, begun_);
+  log_->write(
+      stream.topic, block.message,
+      {nanoseconds(wall - (now - came)), nanoseconds(wall - (now - block.info.source_time)), block.info.writer_id});
 }
 
 void Recorder::note_figures() {
@@ -359,10 +378,13 @@ void Recorder::note_figures() {
   const MonotonicTime now = topics_.clock().now();
   made.recorded = now - begun_;
   for (const auto& topic : log_->topics())
-    made.topics.push_back({topic.known.name, topic.known.type, topic.known.messages, topic.bytes, 0, topic.lost});
-  for (const auto& [key, stream] : streams_)
-    made.topics[stream->topic].lost_in_queue =
-        stream->lost_before + (stream->reader ? stream->reader->status().lost : 0);
+    made.topics.push_back({topic.known.name, topic.known.type, topic.known.messages, topic.bytes, 0, topic.lost,
+                           is_image(*topic.type) ? topic.known.messages : 0});
+  for (const auto& [key, stream] : streams_) made.topics[stream->topic].lost_in_queue = stream->lost();
+  for (const auto& topic : made.topics) {
+    made.copies += topic.copies;
+    if (topic.copies > 0) made.bytes_copied += topic.bytes;
+  }
   for (const std::string& name : options_.choice.named()) {
     const auto is_it = [&](const RecorderFigures::Topic& topic) { return topic.name == name && topic.messages > 0; };
     if (std::none_of(made.topics.begin(), made.topics.end(), is_it)) made.absent.push_back(name);

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -16,32 +17,17 @@
 #include "nacelle/base/mutex.hpp"
 #include "nacelle/node/generic_topics.hpp"
 #include "record/component/message_log.hpp"
+#include "record/component/recorder_figures.hpp"
 #include "record/model/topic_choice.hpp"
 
 namespace nacelle::record {
-
-/// What a recorder has done so far.
-struct RecorderFigures {
-  struct Topic {
-    std::string name, type;
-    std::uint64_t messages = 0, bytes = 0;
-    std::uint64_t lost_in_queue = 0;  ///< The recorder's thread was too late.
-    std::uint64_t lost_to_disk = 0;   ///< The disk was too slow.
-  };
-  std::string folder, file;
-  std::vector<Topic> topics;
-  std::vector<std::string> absent;  ///< Topics that were named, and have had no message.
-  std::size_t files = 0;
-  std::uint64_t bytes = 0, messages = 0, lost = 0;
-  Duration recorded{};             ///< Since its start.
-  std::optional<Duration> reach;   ///< Of a ring: how far back it goes.
-  std::optional<Problem> problem;  ///< It has ended by itself.
-};
 
 /// Records the topics of a container on a thread of its own, which shares the publishers' messages and encodes each once. New publishers are
 /// found while it records.
 ///
 /// The robot's description (URDF), as the first publisher of a topic robot_description has it, is attached, chosen or not.
+/// A message in a device's memory (an image that a camera's driver lends) is the only one that is held of its topic: it is encoded before another one
+/// is queued, and what is published meanwhile is lost in the queue.
 /// A topic is read best_effort if one of its publishers is, and with its history if all of its publishers keep one.
 /// Threads: construct and destroy on the component's executor; the other functions on any. Allocates: for new topics and chunks.
 class Recorder final : private GraphListener {
@@ -76,6 +62,9 @@ class Recorder final : private GraphListener {
   /// Runs a job on the recorder's thread, between messages: it may use the log. Returns false if the thread has ended; the job is dropped then,
   /// as one that waits when it ends.
   bool post(std::function<void()> job);
+  /// Records a topic that only programs outside of this container use, as of this type. When somebody here reads or writes it with another
+  /// type, it is left to that one. The type lives until the process ends.
+  void add_remote(const std::string& topic, const msgs::MessageType& type, const std::vector<QoS>& offered);
   [[nodiscard]] RecorderFigures figures() const;
 
  private:
@@ -101,8 +90,11 @@ class Recorder final : private GraphListener {
   void look_for_stop(const EndpointInfo& endpoint);
   void forget_stop_reader(std::uint64_t reader);
   void take_stops(Stream& stream);
+  void note_end(const EndpointInfo& endpoint);
   void read(const Key& key);
+  void read(const Key& key, std::vector<QoS> offered);
   void take_messages(Stream& stream);
+  void record(Stream& stream, Block& block);
   void close_reader(Stream& stream);
   void note_figures();
   void note_ready(Stream& stream) noexcept;
@@ -124,6 +116,8 @@ class Recorder final : private GraphListener {
 
   // The thread's own.
   std::map<std::uint64_t, std::pair<Key, QoS>> writers_;
+  std::map<std::uint64_t, Key> ends_;  // of the container's own, but for the recorder's
+  std::set<Key> remote_;               // see add_remote()
   std::map<Key, std::unique_ptr<Stream>> streams_;
   std::map<Key, std::unique_ptr<Stream>> stops_;         // emergency stops
   std::map<std::uint64_t, Key> stop_readers_;            // of others

@@ -12,11 +12,12 @@
 namespace nacelle::record {
 namespace {
 
-constexpr Duration kChunkTime = 1s;
+constexpr std::size_t kMostLatchedBytes = 16 * kMegabyte;
 
 }  // namespace
 
-Recording::Recording(RecordingOptions options) : options_(std::move(options)), disk_(options_.most_waiting) {}
+Recording::Recording(RecordingOptions options)
+    : options_(std::move(options)), disk_(options_.most_waiting), latched_(kMostLatchedBytes) {}
 
 Result<std::unique_ptr<Recording>, Problem> Recording::begin(RecordingOptions options) {
   if (auto problem = make_recording_folder(options.folder)) return err(std::move(*problem));
@@ -34,6 +35,7 @@ std::optional<Problem> Recording::open_file() {
   sink_ = std::make_unique<QueuedFile>(disk_, std::shared_ptr<FileSink>{std::move(*file)});
   writer_ = std::make_unique<McapWriter>(*sink_, McapWriterOptions{.compression = options_.compression});
   metadata_.files.push_back({name});
+  repeated_bytes_ = 0;
   channels_.clear();
   if (!writer_->start()) return disk_.problem();
   return std::nullopt;
@@ -43,9 +45,10 @@ void Recording::close_file() {
   if (!writer_) return;
   BagMetadata known = metadata_;
   for (const Topic& topic : topics_) known.topics.push_back(topic.known);
-  const bool is_complete = writer_->close_chunk() &&
-                           writer_->write_metadata({"rosbag2", {{"serialized_metadata", metadata_yaml(known)}}}) &&
-                           writer_->finish();
+  const bool has_words = is_finished_ && !words_.empty();
+  const bool is_complete =
+      writer_->close_chunk() && (!has_words || writer_->write_metadata({kRecorderRecord, words_})) &&
+      writer_->write_metadata({"rosbag2", {{"serialized_metadata", metadata_yaml(known)}}}) && writer_->finish();
   if (!is_complete && !problem_) problem_ = disk_.problem();
   earlier_bytes_ += writer_->written();
   writer_.reset();
@@ -61,7 +64,16 @@ void Recording::split() {
   if (!writer_) return;
   close_file();
   if (problem_) return;
-  if (auto problem = open_file()) end(std::move(*problem));
+  if (auto problem = open_file()) return end(std::move(*problem));
+  repeat_latched();
+}
+
+void Recording::repeat_latched() {
+  for (const auto& kept : latched_.all()) {
+    const auto copy = [&](ByteSpan out) { std::copy(kept.bytes.begin(), kept.bytes.end(), out.begin()); };
+    if (!store(kept.topic, kept.bytes.size(), last_time_, last_time_, copy)) return;
+  }
+  repeated_bytes_ = writer_->written() + writer_->pending();
 }
 
 std::uint64_t Recording::bytes() const {
@@ -96,24 +108,37 @@ void Recording::write(std::size_t index, const void* message, const MessageStamp
                             disk_.free_bytes() / kMegabyte, options_.keep_free / kMegabyte),
                 "make room, or lower storage.keep_free"});
   }
+  const bool is_kept = options_.repeats_latched && is_latched(topic.known.offered);
+  const bool is_stored = store(index, size, log_time, stamps.publish_time, [&](ByteSpan out) {
+    topic.type->encode(message, out.data());
+    if (is_kept) latched_.keep(index, stamps.writer, out, kept_depth(topic.known.offered));
+  });
+  if (!is_stored) return;
+  last_time_ = std::max(last_time_, log_time);
+  const std::uint64_t bytes = writer_->written() + writer_->pending() - repeated_bytes_;
+  if (options_.max_file_bytes != 0 && bytes >= options_.max_file_bytes) return split();
+  const BagFile& file = metadata_.files.back();
+  const auto longest = static_cast<std::uint64_t>(options_.max_file_duration.count());
+  if (longest != 0 && file.last - file.first >= longest) split();
+}
+
+template <typename Fill>
+bool Recording::store(std::size_t index, std::size_t size, std::uint64_t log_time, std::uint64_t publish_time,
+                      Fill&& fill) {
   const bool begins_chunk = writer_->pending() == 0;
-  const McapMessage record{channel(index), 0, log_time, stamps.publish_time, {}};
-  const bool done = record.channel_id != 0 &&
-                    writer_->write(record, size, [&](ByteSpan out) { topic.type->encode(message, out.data()); });
-  if (!done) {
-    return end(disk_.problem().value_or(Problem{Place{path_, 0}, "an MCAP file holds at most 65,535 topics",
-                                                "record fewer: storage.max_bagfile_size splits files"}));
+  const McapMessage record{channel(index), 0, log_time, publish_time, {}};
+  if (record.channel_id == 0 || !writer_->write(record, size, std::forward<Fill>(fill))) {
+    end(disk_.problem().value_or(Problem{Place{path_, 0}, "an MCAP file holds at most 65,535 topics",
+                                         "record fewer: storage.max_bagfile_size splits files"}));
+    return false;
   }
   if (begins_chunk) chunk_begun_ = now_;
   BagFile& file = metadata_.files.back();
   file.first = file.messages == 0 ? log_time : std::min(file.first, log_time);
   file.last = std::max(file.last, log_time);
   ++file.messages;
-  count(topic, size);
-  if (options_.max_file_bytes != 0 && writer_->written() + writer_->pending() >= options_.max_file_bytes)
-    return split();
-  const auto longest = static_cast<std::uint64_t>(options_.max_file_duration.count());
-  if (longest != 0 && file.last - file.first >= longest) split();
+  count(topics_[index], size);
+  return true;
 }
 
 void Recording::attach(const RunText& text, std::uint64_t time) {

@@ -12,26 +12,13 @@
 #include <utility>
 
 #include "nacelle/base/file_fault.hpp"
+#include "record/component/kept_messages.hpp"
 
 namespace nacelle::record {
 namespace {
 
-constexpr Duration kChunkTime = 1s;
 constexpr std::uint64_t kLeastBytes = 4 * kMegabyte;
-constexpr std::size_t kMostKeptOfOne = 100;
 constexpr std::size_t kDigits = 12;
-
-bool is_latched(const std::vector<QoS>& offered) {
-  return !offered.empty() && std::all_of(offered.begin(), offered.end(), [](const QoS& one) {
-    return one.resolved().durability() == Durability::TransientLocal;
-  });
-}
-
-std::size_t depth_of(const std::vector<QoS>& offered) {
-  std::size_t depth = 1;
-  for (const QoS& one : offered) depth = std::max(depth, one.resolved().queue_capacity());
-  return std::min(depth, kMostKeptOfOne);
-}
 
 bool is_number(std::string_view text) {
   return text.size() == kDigits && text.find_first_not_of("0123456789") == std::string_view::npos;
@@ -145,7 +132,7 @@ void Ring::keep(std::size_t index, const void* message, const MessageStamps& sta
   if (!file) return;
   const auto is_of_same = [&](const Kept& other) { return other.topic == index && other.writer == stamps.writer; };
   const auto others = static_cast<std::size_t>(std::count_if(kept_.begin(), kept_.end(), is_of_same));
-  if (others >= depth_of(topic.known.offered)) forget_kept(std::find_if(kept_.begin(), kept_.end(), is_of_same));
+  if (others >= kept_depth(topic.known.offered)) forget_kept(std::find_if(kept_.begin(), kept_.end(), is_of_same));
   kept_bytes_ += file->bytes();
   kept_.push_back({std::move(file), index, stamps.writer});
   while (kept_bytes_ > most && kept_.size() > 1) forget_kept(kept_.begin());

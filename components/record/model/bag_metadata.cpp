@@ -55,6 +55,12 @@ void add_profile(Lines& lines, int indent, const QoS& offered) {
   lines.add(indent + 2, "avoid_ros_namespace_conventions: {}", qos.avoid_ros_namespace_conventions());
 }
 
+/// The shorter one; zero is infinite.
+Duration shorter(Duration one, Duration other) {
+  if (one == Duration::zero() || other == Duration::zero()) return std::max(one, other);
+  return std::min(one, other);
+}
+
 /// A text in YAML's double quotes.
 std::string in_quotes(std::string_view text) {
   std::string out = "\"";
@@ -74,6 +80,20 @@ std::uint64_t number_in(const std::string& text) {
   std::uint64_t number = 0;
   std::from_chars(text.data(), text.data() + text.size(), number);
   return number;
+}
+
+/// Zero for what is no duration. One that is too long for the type becomes infinite.
+Duration duration_in(const YamlNode* node) {
+  if (node == nullptr) return {};
+  const auto number = [&](const char* name) {
+    const YamlNode* const value = node->find(name);
+    return value != nullptr && value->is_scalar() ? number_in(value->text) : 0;
+  };
+  const std::uint64_t seconds = number("sec"), nanoseconds = number("nsec");
+  constexpr auto kMost = static_cast<std::uint64_t>(Duration::max().count());
+  constexpr std::uint64_t kSecond = 1'000'000'000;
+  if (seconds > kMost / kSecond || nanoseconds > kMost - seconds * kSecond) return Duration::max();
+  return Duration{static_cast<Duration::rep>(seconds * kSecond + nanoseconds)};
 }
 
 void add_topic(Lines& lines, const BagTopic& topic) {
@@ -113,9 +133,30 @@ std::vector<QoS> read_qos_profiles(const std::string& yaml) {
     if (is("history", "keep_all", History::KeepAll)) qos.keep_all();
     if (is("reliability", "best_effort", Reliability::BestEffort)) qos.best_effort();
     if (is("durability", "transient_local", Durability::TransientLocal)) qos.transient_local();
+    if (is("liveliness", "manual_by_topic", Liveliness::ManualByTopic)) qos.liveliness(Liveliness::ManualByTopic);
+    qos.deadline(duration_in(profile.find("deadline")));
+    qos.lifespan(duration_in(profile.find("lifespan")));
+    qos.liveliness_lease_duration(duration_in(profile.find("liveliness_lease_duration")));
     all.push_back(qos);
   }
   return all;
+}
+
+QoS strongest_qos(const std::vector<QoS>& offered) {
+  if (offered.empty()) return QoS(10);
+  QoS qos = offered.front();
+  for (const QoS& one : offered) {
+    if (one.reliability() == Reliability::Reliable) qos.reliable();
+    if (one.durability() == Durability::TransientLocal) qos.transient_local();
+    if (one.liveliness() == Liveliness::ManualByTopic) qos.liveliness(Liveliness::ManualByTopic);
+    if (!qos.keeps_all() && !one.keeps_all()) qos.keep_last(std::max(qos.depth(), one.depth()));
+    qos.deadline(shorter(qos.deadline(), one.deadline()));
+    qos.liveliness_lease_duration(shorter(qos.liveliness_lease_duration(), one.liveliness_lease_duration()));
+    // Of this one the longest is the strongest.
+    const bool is_infinite = qos.lifespan() == Duration::zero() || one.lifespan() == Duration::zero();
+    qos.lifespan(is_infinite ? Duration::zero() : std::max(qos.lifespan(), one.lifespan()));
+  }
+  return qos;
 }
 
 std::string metadata_yaml(const BagMetadata& metadata) {

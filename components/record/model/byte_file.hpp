@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <utility>
+
 #include "nacelle/base/bytes.hpp"
+#include "record/model/byte_buffer.hpp"
 
 namespace nacelle::record {
 
@@ -14,6 +17,13 @@ class ByteSink {
   virtual ~ByteSink() = default;
   /// Errors: false if not all of them could be written.
   [[nodiscard]] virtual bool write(ByteView bytes) = 0;
+  /// Writes the buffer's bytes, and leaves an empty buffer: the same one, or another one if the sink keeps its memory until the bytes are written.
+  /// Errors: as write().
+  [[nodiscard]] virtual bool hand_over(ByteBuffer& buffer) {
+    const bool is_written = write(std::as_const(buffer).bytes());
+    buffer.clear();
+    return is_written;
+  }
 };
 
 /// Where the bytes of a file come from, in any order.

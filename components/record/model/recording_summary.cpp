@@ -23,12 +23,17 @@ void RecordingSummary::on_header(const McapHeader& header) {
   library_ = header.library;
 }
 
-void RecordingSummary::on_schema(const McapSchema& schema) { types_[schema.id] = schema.name; }
+// A type without fields has an encoding, and an empty text.
+void RecordingSummary::on_schema(const McapSchema& schema) {
+  types_[schema.id] = schema.name;
+  if (schema.encoding.empty()) undefined_.insert(schema.id);
+}
 
 void RecordingSummary::on_channel(const McapChannel& channel) {
   RecordedTopic& topic = topics_[channel.id];
   topic.name = channel.topic;
   topic.type = channel.schema_id == 0 ? "" : types_[channel.schema_id];
+  topic.has_definition = channel.schema_id != 0 && !undefined_.contains(channel.schema_id);
   topic.encoding = channel.message_encoding;
   topic.metadata = channel.metadata;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@ namespace nacelle::record {
 /// A topic of a recording. Times are log times, in nanoseconds since the Unix epoch.
 struct RecordedTopic {
   std::string name, type, encoding;
+  bool has_definition = true;
   std::map<std::string, std::string> metadata;  ///< Of the channel: offered_qos_profiles, topic_type_hash.
   std::uint64_t messages = 0;
   std::uint64_t bytes = 0;  ///< Of the messages.
@@ -64,6 +66,7 @@ class RecordingSummary final : public McapVisitor {
  private:
   std::string profile_, library_;
   std::map<std::uint16_t, std::string> types_;  // of schemas
+  std::set<std::uint16_t> undefined_;           // schemas without a text
   std::map<std::uint16_t, RecordedTopic> topics_;
   std::vector<Attachment> attachments_;
   std::map<std::string, std::map<std::string, std::string>> metadata_;

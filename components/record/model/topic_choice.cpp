@@ -38,11 +38,17 @@ Result<TopicChoice, Problem> TopicChoice::make(TopicWish wish) {
   return choice;
 }
 
+bool TopicChoice::is_found(const std::string& topic) const { return by_ && std::regex_search(topic, *by_); }
+
 bool TopicChoice::takes(const std::string& topic) const {
   if (is_among(wish_.exclude_topics, topic) || (without_ && std::regex_search(topic, *without_))) return false;
   if (is_among(wish_.topics, topic)) return true;
   if (is_hidden(topic) && !wish_.hidden) return false;
-  return wish_.all || (by_ && std::regex_search(topic, *by_));
+  return wish_.all || is_found(topic);
+}
+
+bool TopicChoice::picks(const std::string& topic) const {
+  return takes(topic) && (is_among(wish_.topics, topic) || is_found(topic));
 }
 
 }  // namespace nacelle::record

@@ -29,10 +29,13 @@ class TopicChoice {
   /// Returns the topics that are wanted by their names.
   [[nodiscard]] const std::vector<std::string>& named() const { return wish_.topics; }
   [[nodiscard]] bool takes(const std::string& topic) const;
+  /// Returns whether it is taken by its name or by the regular expression, and not only because all are.
+  [[nodiscard]] bool picks(const std::string& topic) const;
   /// Returns whether any topic can be taken at all.
   [[nodiscard]] bool is_any() const { return wish_.all || !wish_.topics.empty() || by_.has_value(); }
 
  private:
+  [[nodiscard]] bool is_found(const std::string& topic) const;
   explicit TopicChoice(TopicWish wish) : wish_(std::move(wish)) {}
 
   TopicWish wish_;

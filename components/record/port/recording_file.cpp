@@ -63,8 +63,15 @@ bool FileSink::write(ByteView bytes) {
       return false;
     }
     bytes = bytes.subspan(static_cast<std::size_t>(count));
+    written_ += count;
   }
   return true;
+}
+
+// Fails where there is no disk (a pipe); a sync says what there is to say.
+void FileSink::start_writeback() {
+  static_cast<void>(::sync_file_range(file_.number(), started_, written_ - started_, SYNC_FILE_RANGE_WRITE));
+  started_ = written_;
 }
 
 bool FileSink::sync() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -36,6 +37,8 @@ class FileSink final : public ByteSink {
   FileSink(io::Descriptor file, std::string path) : file_(std::move(file)), path_(std::move(path)) {}
 
   [[nodiscard]] bool write(ByteView bytes) override;
+  /// Has the kernel write to the disk what was written since the last call, without waiting for it: a sync has little left then.
+  void start_writeback();
   /// Waits until the disk has all that was written. Errors: false.
   [[nodiscard]] bool sync();
   /// Returns how many bytes an ordinary user may still write to the file system; the largest number if it does not say.
@@ -48,7 +51,8 @@ class FileSink final : public ByteSink {
  private:
   const io::Descriptor file_;
   const std::string path_;
-  int error_ = 0;  // errno
+  std::int64_t written_ = 0, started_ = 0;  // bytes
+  int error_ = 0;                           // errno
 };
 
 }  // namespace nacelle::record

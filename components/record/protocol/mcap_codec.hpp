@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <limits>
 #include <optional>
 #include <string_view>
@@ -23,8 +24,10 @@ class McapEncoder {
   template <class Number>
   requires std::is_unsigned_v<Number>
   void put(Number number) {
+    std::array<std::uint8_t, sizeof number> bytes{};
     for (std::size_t byte = 0; byte < sizeof number; ++byte)
-      out_.push_back(static_cast<std::uint8_t>(number >> (8 * byte)));
+      bytes[byte] = static_cast<std::uint8_t>(number >> (8 * byte));
+    out_.insert(out_.end(), bytes.begin(), bytes.end());
   }
   void put(ByteView bytes) { out_.insert(out_.end(), bytes.begin(), bytes.end()); }
   void put(const std::string& text) {

@@ -106,12 +106,14 @@ struct McapMessageIndex {
   std::vector<std::pair<std::uint64_t, std::uint64_t>> entries;  ///< log_time, offset in the uncompressed chunk.
   static void fields(auto& io, auto& r) { io(r.channel_id, r.entries); }
 };
-struct McapChunkIndex {
+/// `Offsets`: pairs of a channel and an offset.
+template <class Offsets>
+struct McapChunkIndexWith {
   static constexpr auto kOpcode = McapOpcode::ChunkIndex;
   std::uint64_t message_start_time = 0, message_end_time = 0;
   std::uint64_t chunk_start_offset = 0;
-  std::uint64_t chunk_length = 0;                                ///< With opcode and length.
-  std::map<std::uint16_t, std::uint64_t> message_index_offsets;  ///< By channel.
+  std::uint64_t chunk_length = 0;  ///< With opcode and length.
+  Offsets message_index_offsets;   ///< By channel.
   std::uint64_t message_index_length = 0;
   std::string compression;
   std::uint64_t compressed_size = 0, uncompressed_size = 0;
@@ -120,6 +122,7 @@ struct McapChunkIndex {
        r.message_index_length, r.compression, r.compressed_size, r.uncompressed_size);
   }
 };
+using McapChunkIndex = McapChunkIndexWith<std::map<std::uint16_t, std::uint64_t>>;
 struct McapAttachment {
   static constexpr auto kOpcode = McapOpcode::Attachment;
   std::uint64_t log_time = 0, create_time = 0;

@@ -10,16 +10,49 @@
 
 namespace nacelle::record {
 
+namespace {
+
+constexpr std::size_t kIndexRoom = std::size_t{64}
+                                   << 10U;  // of some hundred chunks; a bag of hours has it grow a few times
+
+void set_number(Bytes& bytes, std::size_t at, std::uint64_t number) {
+  for (std::size_t byte = 0; byte < sizeof number; ++byte)
+    bytes[at + byte] = static_cast<std::uint8_t>(number >> (8 * byte));
+}
+
+/// Returns where the next one goes.
+template <class Number>
+std::uint8_t* put_number(std::uint8_t* to, Number number) {
+  for (std::size_t byte = 0; byte < sizeof number; ++byte) to[byte] = static_cast<std::uint8_t>(number >> (8 * byte));
+  return to + sizeof number;
+}
+
+}  // namespace
+
 McapWriter::McapWriter(ByteSink& sink, McapWriterOptions options)
-    : sink_(sink), options_(std::move(options)), compressor_(options_.compression) {
-  chunk_.reserve(options_.chunk_bytes + options_.chunk_bytes / 8);
+    : sink_(sink),
+      options_(std::move(options)),
+      compressor_(options_.compression),
+      chunk_(options_.chunk_bytes + options_.chunk_bytes / 8) {
+  chunk_indexes_.reserve(std::min(options_.chunk_bytes, kIndexRoom));
+}
+
+void McapWriter::note_written(ByteView bytes) {
+  written_ += bytes.size();
+  if (options_.data_crc) data_crc_ = crc32_of(bytes, data_crc_);
 }
 
 bool McapWriter::put(ByteView bytes) {
   if (closed_) return false;
   closed_ = !sink_.write(bytes);
-  if (!closed_) written_ += bytes.size();
-  if (options_.data_crc) data_crc_ = crc32_of(bytes, data_crc_);
+  if (!closed_) note_written(bytes);
+  return !closed_;
+}
+
+bool McapWriter::hand_over(ByteBuffer& buffer) {
+  if (closed_) return false;
+  note_written(std::as_const(buffer).bytes());
+  closed_ = !sink_.hand_over(buffer);
   return !closed_;
 }
 
@@ -35,7 +68,7 @@ bool McapWriter::start_another() {
   }
   chunk_.clear();
   chunk_messages_ = 0;
-  chunks_.clear();
+  chunk_indexes_.clear();
   attachments_.clear();
   metadata_.clear();
   statistics_ = {};
@@ -77,17 +110,26 @@ std::optional<std::uint16_t> McapWriter::add_channel(std::uint16_t schema_id, st
   return id;
 }
 
+void McapWriter::begin_chunk() {
+  if (chunk_.size() > 0) return;
+  static_cast<void>(chunk_.extend(kChunkHead));
+  checked_ = kChunkHead;
+  chunk_crc_ = 0;
+}
+
 void McapWriter::introduce(Channel& channel) {
   if (channel.is_written) return;
   channel.is_written = true;
+  scratch_.clear();
   if (channel.record.schema_id > 0) {
     Schema& schema = schemas_[channel.record.schema_id - 1];
     if (!schema.is_written)
       append_record(McapSchema{channel.record.schema_id, schema.name, schema.encoding, {as_bytes(schema.text)}},
-                    chunk_);
+                    scratch_);
     schema.is_written = true;
   }
-  append_record(channel.record, chunk_);
+  append_record(channel.record, scratch_);
+  chunk_.append(scratch_);
 }
 
 void McapWriter::note_time(std::uint64_t time) {
@@ -101,21 +143,30 @@ void McapWriter::note_time(std::uint64_t time) {
 bool McapWriter::begin_message(const McapMessage& message, std::size_t size) {
   if (closed_ || message.channel_id == 0 || message.channel_id > channels_.size()) return false;
   Channel& channel = channels_[message.channel_id - 1];
+  begin_chunk();
   introduce(channel);
-  channel.index.entries.emplace_back(message.log_time, chunk_.size());
+  channel.index.entries.emplace_back(message.log_time, chunk_.size() - kChunkHead);
   note_time(message.log_time);
   ++channel.messages;
   ++chunk_messages_;
   ++statistics_.message_count;
   constexpr std::size_t kFields = 2 + 4 + 8 + 8;
-  McapEncoder encoder{chunk_};
-  encoder(static_cast<std::uint8_t>(McapOpcode::Message), std::uint64_t{kFields + size}, message.channel_id,
-          message.sequence, message.log_time, message.publish_time);
-  chunk_.resize(chunk_.size() + size);
+  std::uint8_t* to = chunk_.extend(kMcapRecordHead + kFields + size).data();
+  to = put_number(to, static_cast<std::uint8_t>(McapOpcode::Message));
+  to = put_number(to, std::uint64_t{kFields + size});
+  to = put_number(to, message.channel_id);
+  to = put_number(to, message.sequence);
+  to = put_number(to, message.log_time);
+  put_number(to, message.publish_time);
   return true;
 }
 
-bool McapWriter::end_message() { return chunk_.size() < options_.chunk_bytes || close_chunk(); }
+bool McapWriter::end_message() {
+  const ByteView unchecked = std::as_const(chunk_).bytes().subspan(checked_);
+  chunk_crc_ = crc32_of(unchecked, chunk_crc_);
+  checked_ += unchecked.size();
+  return pending() < options_.chunk_bytes || close_chunk();
+}
 
 bool McapWriter::write(const McapMessage& message) {
   return write(message, message.data.bytes.size(), [&](ByteSpan to) {
@@ -125,49 +176,50 @@ bool McapWriter::write(const McapMessage& message) {
 
 bool McapWriter::close_chunk() {
   if (closed_) return false;
-  if (chunk_.empty()) return true;
-  McapChunk chunk{chunk_begin_, chunk_end_, chunk_.size(), crc32_of(chunk_), mcap_name(options_.compression), {}};
-  ByteView records = chunk_;
-  packed_.clear();
-  if (options_.compression != Compression::None) {
-    if (compressor_.append(chunk_, packed_)) {
-      records = packed_;
-    } else {
-      chunk.compression.clear();
-    }
+  if (pending() == 0) return true;
+  const ByteView records = std::as_const(chunk_).bytes().subspan(kChunkHead);
+  McapChunk chunk{chunk_begin_, chunk_end_, records.size(), chunk_crc_, mcap_name(options_.compression), {}};
+  bool is_packed = options_.compression != Compression::None;
+  if (is_packed) {
+    packed_.resize(kChunkHead + chunk.compression.size());
+    is_packed = compressor_.append(records, packed_);
   }
-  McapChunkIndex& index = chunks_.emplace_back();
-  index.message_start_time = chunk_begin_;
-  index.message_end_time = chunk_end_;
-  index.chunk_start_offset = written_;
-  index.compression = chunk.compression;
-  index.compressed_size = records.size();
-  index.uncompressed_size = chunk.uncompressed_size;
+  if (!is_packed) chunk.compression.clear();
+  const std::size_t head = kChunkHead + chunk.compression.size();
+  const std::size_t length = is_packed ? packed_.size() : chunk_.size();
+  index_.message_start_time = chunk_begin_;
+  index_.message_end_time = chunk_end_;
+  index_.chunk_start_offset = written_;
+  index_.chunk_length = length;
+  index_.compression = chunk.compression;
+  index_.compressed_size = length - head;
+  index_.uncompressed_size = chunk.uncompressed_size;
 
-  // The head without the records, which are written from where they are.
+  // Head, records and indexes go out as one.
   scratch_.clear();
   append_record(chunk, scratch_);
-  McapEncoder{scratch_}(McapRest{});
-  index.chunk_length = scratch_.size() + records.size();
-  const std::uint64_t content = index.chunk_length - kMcapRecordHead;
-  for (std::size_t byte = 0; byte < 8; ++byte) {
-    scratch_[1 + byte] = static_cast<std::uint8_t>(content >> (8 * byte));
-    scratch_[scratch_.size() - 8 + byte] = static_cast<std::uint8_t>(std::uint64_t{records.size()} >> (8 * byte));
-  }
-  if (!put(scratch_) || !put(records)) return false;
-
+  set_number(scratch_, 1, length - kMcapRecordHead);
+  set_number(scratch_, head - sizeof(std::uint64_t), length - head);
+  std::memcpy(is_packed ? packed_.data() : chunk_.bytes().data(), scratch_.data(), head);
   scratch_.clear();
+  index_.message_index_offsets.clear();
   for (Channel& channel : channels_) {
     if (channel.index.entries.empty()) continue;
-    index.message_index_offsets[channel.record.id] = written_ + scratch_.size();
+    index_.message_index_offsets.emplace_back(channel.record.id, written_ + length + scratch_.size());
     append_record(channel.index, scratch_);
     channel.index.entries.clear();
   }
-  index.message_index_length = scratch_.size();
-  chunk_.clear();
+  index_.message_index_length = scratch_.size();
+  append_record(index_, chunk_indexes_);
   chunk_messages_ = 0;
   ++statistics_.chunk_count;
-  return put(scratch_);
+  if (!is_packed) {
+    chunk_.append(scratch_);
+    return hand_over(chunk_);
+  }
+  packed_.insert(packed_.end(), scratch_.begin(), scratch_.end());
+  chunk_.clear();
+  return put(packed_);
 }
 
 bool McapWriter::write_attachment(const McapAttachment& attachment) {
@@ -225,7 +277,7 @@ void McapWriter::append_summary(Bytes& out) {
   const auto append_each = [&](const auto& records) {
     for (const auto& record : records) append_record(record, out);
   };
-  group(McapOpcode::ChunkIndex, [&] { append_each(chunks_); });
+  group(McapOpcode::ChunkIndex, [&] { out.insert(out.end(), chunk_indexes_.begin(), chunk_indexes_.end()); });
   group(McapOpcode::AttachmentIndex, [&] { append_each(attachments_); });
   group(McapOpcode::MetadataIndex, [&] { append_each(metadata_); });
   const std::uint64_t offsets = written_ + out.size();

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "record/model/byte_file.hpp"
@@ -42,7 +46,7 @@ class McapWriter {
   template <class Fill>
   [[nodiscard]] bool write(const McapMessage& message, std::size_t size, Fill&& fill) {
     if (!begin_message(message, size)) return false;
-    fill(ByteSpan{chunk_.data() + chunk_.size() - size, size});
+    fill(chunk_.bytes().last(size));
     return end_message();
   }
   [[nodiscard]] bool write(const McapMessage& message);
@@ -59,7 +63,7 @@ class McapWriter {
   /// Bytes handed to the sink so far.
   [[nodiscard]] std::uint64_t written() const { return written_; }
   /// Bytes of messages that wait for their chunk.
-  [[nodiscard]] std::size_t pending() const { return chunk_.size(); }
+  [[nodiscard]] std::size_t pending() const { return chunk_.size() - std::min(chunk_.size(), kChunkHead); }
   [[nodiscard]] std::uint64_t messages() const { return statistics_.message_count; }
 
  private:
@@ -78,7 +82,10 @@ class McapWriter {
   bool end_message();
   /// Schema and channel stand in the file before the channel's first message.
   void introduce(Channel& channel);
+  void begin_chunk();
   bool put(ByteView bytes);
+  bool hand_over(ByteBuffer& buffer);
+  void note_written(ByteView bytes);
   void note_time(std::uint64_t time);
   void append_summary(Bytes& out);
 
@@ -90,10 +97,16 @@ class McapWriter {
   std::uint32_t data_crc_ = 0;
   std::vector<Schema> schemas_;    // id - 1
   std::vector<Channel> channels_;  // id - 1
-  Bytes chunk_, scratch_, packed_;
+  /// Of a chunk record without compression, before its records.
+  static constexpr std::size_t kChunkHead = 1 + 8 + 8 + 8 + 8 + 4 + 4 + 8;
+  ByteBuffer chunk_;             // room for the head, then its records
+  std::size_t checked_ = 0;      // bytes of chunk_ that are in chunk_crc_
+  std::uint32_t chunk_crc_ = 0;  // of the records; computed while they are in the processor's cache
+  Bytes scratch_, packed_;
   std::uint64_t chunk_begin_ = 0, chunk_end_ = 0;  // times
   std::size_t chunk_messages_ = 0;
-  std::vector<McapChunkIndex> chunks_;
+  McapChunkIndexWith<std::vector<std::pair<std::uint16_t, std::uint64_t>>> index_;  // of the last chunk
+  Bytes chunk_indexes_;                                                             // records for the summary
   std::vector<McapAttachmentIndex> attachments_;
   std::vector<McapMetadataIndex> metadata_;
   McapStatistics statistics_;

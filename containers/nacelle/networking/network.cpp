@@ -135,6 +135,7 @@ Result<void, Problem> Network::join() {
   });
   if (mirror) {
     joined_ = std::make_unique<Joined>(Joined{std::move(*mirror)});
+    *mirror_.lock() = joined_->mirror.get();
   } else {
     why_not_ = mirror.error();
   }
@@ -147,7 +148,10 @@ Result<void, Problem> Network::join() {
   return why_not_ ? Result<void, Problem>{err(*why_not_)} : Result<void, Problem>{};
 }
 
-void Network::leave() { joined_.reset(); }
+void Network::leave() {
+  *mirror_.lock() = nullptr;
+  joined_.reset();
+}
 
 Result<void, Problem> Network::show(launch::NetworkMode mode, const std::string& because_of) {
   if (mode != launch::NetworkMode::Off && !network_is_built_in()) return err(network_is_not_built_in(because_of));
@@ -168,7 +172,8 @@ Result<void, Problem> Network::show(launch::NetworkMode mode, const std::string&
 
 void Network::look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const {
 #ifdef NACELLE_HAS_DDS
-  if (joined_) joined_->mirror->look(at);
+  auto mirror = mirror_.lock();
+  if (*mirror != nullptr) (*mirror)->look(at);
 #else
   static_cast<void>(at);
 #endif

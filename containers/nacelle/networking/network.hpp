@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "nacelle/base/clock_skews.hpp"
+#include "nacelle/base/guarded.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
@@ -35,7 +36,7 @@ namespace nacelle::networking {
 /// The robot does not depend on it: errors are reported, and nothing local changes. While the robot is on the network,
 /// or could not join, this class watches the machine's addresses and rejoins when they change. A join that failed is also
 /// retried, after 1 s and then after pauses that grow to a minute.
-/// Threads: one, except `say`, which the network's thread also calls.
+/// Threads: one, except look(), and `say`, which the network's thread also calls.
 class Network {
  public:
   using Say = std::function<void(const std::string& line)>;
@@ -63,7 +64,7 @@ class Network {
   [[nodiscard]] launch::NetworkMode unexported() const;
 
   /// Calls `at` with the nodes, topics and services of other participants (DdsMirror::look()). Does not call it if the
-  /// network is not joined.
+  /// network is not joined. Threads: any.
   void look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const;
   /// Returns the number of this side's writers on the network.
   [[nodiscard]] std::uint64_t writer_count() const;
@@ -113,7 +114,8 @@ class Network {
   std::optional<MonotonicTime> due_, retry_;
   Duration retry_pause_{};  // the last one
   struct Joined;
-  std::unique_ptr<Joined> joined_;  // null: not on the network
+  std::unique_ptr<Joined> joined_;    // null: not on the network
+  Guarded<const DdsMirror*> mirror_;  // that of `joined_`, for look()
 };
 
 /// Tests whether a robot with these settings can join: joins briefly without sending or receiving. Returns the remarks.

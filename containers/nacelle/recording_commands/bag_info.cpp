@@ -13,6 +13,7 @@
 #include "cli/output.hpp"
 #include "cli/program.hpp"
 #include "nacelle/base/problem_json.hpp"
+#include "record/model/bag_metadata.hpp"
 #include "record/model/recording_summary.hpp"
 #include "recording_commands/recording_files.hpp"
 
@@ -30,6 +31,8 @@ struct Whole {
   std::map<std::pair<std::string, std::string>, RecordedTopic> topics;
   std::vector<record::RecordingSummary::Attachment> attachments;
   std::vector<Problem> problems;
+  std::map<std::string, std::map<std::string, std::string>>
+      notes;  // of Nacelle's recorder: metadata "nacelle.recorder", "nacelle.snapshot"
 
   void add(const std::string& file, std::uint64_t size, const record::RecordingSummary& part) {
     files.push_back(file);
@@ -39,6 +42,9 @@ struct Whole {
     compression = part.compression();
     for (const auto& [id, topic] : part.topics()) merge(topics[{topic.name, topic.type}], topic);
     attachments.insert(attachments.end(), part.attachments().begin(), part.attachments().end());
+    for (const auto& [name, words] : part.metadata()) {
+      if (name.starts_with("nacelle.")) notes[name] = words;
+    }
     for (const auto& problem : part.problems()) problems.push_back(problem_of(file, problem));
     if (part.messages() == 0) return;
     first = messages == 0 ? part.first() : std::min(first, part.first());
@@ -86,7 +92,15 @@ std::string topic_text(const RecordedTopic& topic) {
                                  topic.messages, topic.encoding);
   if (topic.rate_hz() > 0.0)
     text += fmt::format(" | Rate: {:.2f} Hz | Longest gap: {:.3f} s", topic.rate_hz(), seconds(topic.longest_gap));
+  if (!topic.has_definition) text += " | No definition";
   return text;
+}
+
+std::string note_of(const Whole& whole, const char* record, const char* key) {
+  const auto words = whole.notes.find(record);
+  if (words == whole.notes.end()) return {};
+  const auto value = words->second.find(key);
+  return value == words->second.end() ? "" : value->second;
 }
 
 void print_text_form(const Whole& whole) {
@@ -105,6 +119,13 @@ void print_text_form(const Whole& whole) {
     line("End:", time_text(whole.last));
   }
   line("Messages:", std::to_string(whole.messages));
+  const auto note = [&](const char* name, const char* record, const char* key) {
+    const std::string text = note_of(whole, record, key);
+    if (!text.empty()) line(name, text);
+  };
+  note("Lost:", record::kRecorderRecord, "lost");
+  note("Camera copies:", record::kRecorderRecord, "camera copies");
+  note("Snapshot:", "nacelle.snapshot", "reason");
   const char* title = "Topic information:";
   for (const auto& [key, topic] : whole.topics) {
     line(title, topic_text(topic));
@@ -123,6 +144,7 @@ void print_json_form(const Whole& whole) {
     topics.push_back({{"name", topic.name},
                       {"type", topic.type},
                       {"serialization_format", topic.encoding},
+                      {"has_definition", topic.has_definition},
                       {"messages", topic.messages},
                       {"bytes", topic.bytes},
                       {"rate_hz", topic.rate_hz()},
@@ -145,6 +167,7 @@ void print_json_form(const Whole& whole) {
                  {"messages", whole.messages},
                  {"topics", std::move(topics)},
                  {"attachments", std::move(attachments)},
+                 {"notes", whole.notes},
                  {"problems", std::move(problems)}};
   std::printf("%s\n", all.dump(2, ' ', false, json::error_handler_t::replace).c_str());
 }

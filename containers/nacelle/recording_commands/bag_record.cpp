@@ -17,6 +17,7 @@
 #include "nacelle/base/time.hpp"
 #include "nacelle/qos/text.hpp"
 #include "recording_commands/loaded_component.hpp"
+#include "recording_commands/recorder_words.hpp"
 #include "recording_commands/recording_files.hpp"
 
 namespace nacelle::cli {
@@ -147,6 +148,11 @@ int record_bag(const BagRecordWish& wish) {
   if (last.level == 2) return complain({"recording", last.message, "what came before is complete"});
   if (folder.empty()) return kDone;  // it ended before the first second was over
   print_text("%s is complete\n", folder.c_str());
+  // The last row is up to a second older than the recording's end, which says what was lost of all of it.
+  for (const auto& [key, value] : recorder_words(folder)) {
+    last.values.erase(key);
+    last.values.emplace(key, value);
+  }
   warn_of_losses(last);
   return kDone;
 }

@@ -134,8 +134,8 @@ EndpointSpec RemoteNetwork::spec_of(std::string topic, const msgs::MessageType& 
 const msgs::MessageType& RemoteNetwork::bytes_of(const std::string& type, const std::string& hash) {
   auto& known = byte_types_[{type, hash}];
   if (!known)
-    known =
-        std::make_unique<ByteMessageType>(type, transport_dds::dds_type_name(type).value_or(std::string{type}), hash);
+    known = std::make_unique<msgs::ByteMessageType>(
+        type, transport_dds::dds_type_name(type).value_or(std::string{type}), hash);
   return known->type();
 }
 

@@ -17,10 +17,10 @@
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
 #include "nacelle/launch/network_plan.hpp"
+#include "nacelle/msgs/byte_message.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/runtime/broker.hpp"
 #include "networking/network.hpp"
-#include "remote/byte_message.hpp"
 #include "remote/service_clients.hpp"
 #include "requests/late_reply.hpp"
 #include "transport_dds/wire/remote_graph.hpp"
@@ -113,7 +113,7 @@ class RemoteNetwork {
   std::vector<int> interrupts_;
   Bell bell_;
   msgs::TypeLibrary types_;
-  std::map<std::pair<std::string, std::string>, std::unique_ptr<ByteMessageType>> byte_types_;
+  std::map<std::pair<std::string, std::string>, std::unique_ptr<msgs::ByteMessageType>> byte_types_;
   Guarded<std::vector<Problem>> problems_;  // of endpoints, and of services that cannot be called
   runtime::Broker broker_{clock_};
   ServiceClients clients_;

@@ -12,34 +12,6 @@ namespace {
 
 bool is_transforms(const msgs::MessageType& type) { return &type == &tf2_msgs::msg::TFMessage::message_type(); }
 
-/// What fits the readers of each of these publishers.
-QoS strongest(const std::vector<QoS>& offered) {
-  if (offered.empty()) return QoS(10);
-  QoS qos = offered.front();
-  for (const QoS& one : offered) {
-    if (one.reliability() == Reliability::Reliable) qos.reliable();
-    if (one.durability() == Durability::TransientLocal) qos.transient_local();
-    if (!qos.keeps_all() && !one.keeps_all()) qos.keep_last(std::max(qos.depth(), one.depth()));
-  }
-  return qos;
-}
-
-/// Recordings do not keep deadlines and leases of liveliness; the smallest that a reader asks for fits all of them.
-template <typename Readers>
-void promise(QoS& qos, const Readers& readers) {
-  const auto takes_part = [](Duration asked, Duration promised) {
-    return asked > Duration::zero() && asked != kBestAvailableDuration &&
-           (promised == Duration::zero() || asked < promised);
-  };
-  for (auto reader = readers.first; reader != readers.second; ++reader) {
-    const QoS& asked = reader->second;
-    if (takes_part(asked.deadline(), qos.deadline())) qos.deadline(asked.deadline());
-    if (takes_part(asked.liveliness_lease_duration(), qos.liveliness_lease_duration()))
-      qos.liveliness_lease_duration(asked.liveliness_lease_duration());
-    if (asked.liveliness() == Liveliness::ManualByTopic) qos.liveliness(Liveliness::ManualByTopic);
-  }
-}
-
 std::string value_of(const std::map<std::string, std::string>& metadata, const char* key) {
   const auto found = metadata.find(key);
   return found == metadata.end() ? "" : found->second;
@@ -48,17 +20,17 @@ std::string value_of(const std::map<std::string, std::string>& metadata, const c
 }  // namespace
 
 RecordedInputs::RecordedInputs(record::OrderedMessages& recording, Transport& transport, const FindType& find_type,
-                               const Surroundings& surroundings)
+                               const std::set<std::string>& published)
     : recording_(recording) {
-  for (const auto& topic : recording.topics()) add(topic, transport, find_type, surroundings);
+  for (const auto& topic : recording.topics()) add(topic, transport, find_type, published);
   next_ = recording_.next();
 }
 
 void RecordedInputs::add(const record::OrderedMessages::Topic& recorded, Transport& transport,
-                         const FindType& find_type, const Surroundings& surroundings) {
+                         const FindType& find_type, const std::set<std::string>& published) {
   Topic& topic = topics_.emplace_back();
   const auto refuse = [&](const std::string& why) { refused_.push_back(recorded.name + ": " + why); };
-  const bool is_shared = surroundings.published.contains(recorded.name);
+  const bool is_shared = published.contains(recorded.name);
   if (recorded.message_encoding != "cdr") {
     if (!is_shared) refuse("its messages are '" + recorded.message_encoding + "', not CDR");
     return;
@@ -75,8 +47,7 @@ void RecordedInputs::add(const record::OrderedMessages::Topic& recorded, Transpo
     topic = topics_[i];
     return;
   }
-  QoS qos = strongest(record::read_qos_profiles(value_of(recorded.metadata, "offered_qos_profiles")));
-  promise(qos, surroundings.readers.equal_range(recorded.name));
+  const QoS qos = record::strongest_qos(record::read_qos_profiles(value_of(recorded.metadata, "offered_qos_profiles")));
   EndpointSpec spec;
   spec.topic = recorded.name;
   spec.type = type;

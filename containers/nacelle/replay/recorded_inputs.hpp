@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -25,7 +24,7 @@ struct InputFigures {
 
 /// The messages of a recording, published one after the other in the order of their log times.
 ///
-/// A topic has the QoS that it was recorded with, and the deadline and the lease of liveliness that its readers ask for.
+/// A topic has the QoS that it was recorded with.
 /// Topics that running components publish are left to them. Of transforms that is true frame by frame: those of children that running components
 /// claim are taken out of recorded messages.
 /// Threads: one. The recording and the transport outlive it.
@@ -33,13 +32,9 @@ class RecordedInputs {
  public:
   /// Returns the type of that name; null if it is not installed.
   using FindType = std::function<const msgs::MessageType*(const std::string& name)>;
-  /// What components here do with the topics, all of them.
-  struct Surroundings {
-    std::set<std::string> published;
-    std::multimap<std::string, QoS> readers;
-  };
+  /// `published`: the topics that components here publish.
   RecordedInputs(record::OrderedMessages& recording, Transport& transport, const FindType& find_type,
-                 const Surroundings& surroundings);
+                 const std::set<std::string>& published);
 
   /// Leaves out the transforms of these children.
   void leave_out_frames(std::set<std::string> children) { claimed_ = std::move(children); }
@@ -70,7 +65,7 @@ class RecordedInputs {
     bool is_shared = false;    ///< Running components publish it too.
   };
   void add(const record::OrderedMessages::Topic& recorded, Transport& transport, const FindType& find_type,
-           const Surroundings& surroundings);
+           const std::set<std::string>& published);
   [[nodiscard]] bool decode_next(const Topic& topic, void* message);
 
   record::OrderedMessages& recording_;

@@ -174,12 +174,9 @@ void Replay::write_new_topics() {
 }
 
 void Replay::make_inputs() {
-  RecordedInputs::Surroundings surroundings;
-  for (const auto& [topic, count] : output_.messages()) surroundings.published.insert(topic);
-  for (const auto& endpoint : proof::endpoints_of(container_->graph())) {
-    if (!endpoint.publishes) surroundings.readers.emplace(endpoint.topic, endpoint.qos);
-  }
-  inputs_.emplace(recording_, container_->transport(), options_.find_type, surroundings);
+  std::set<std::string> published;
+  for (const auto& [topic, count] : output_.messages()) published.insert(topic);
+  inputs_.emplace(recording_, container_->transport(), options_.find_type, published);
 }
 
 /// Runs what is ready and, each at its time, what becomes due until then.

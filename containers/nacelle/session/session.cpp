@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <exception>
 #include <thread>
+#include <utility>
 
 #include "answers/interface_services.hpp"
 #include "answers/loader.hpp"
@@ -19,10 +20,12 @@
 #include "nacelle/node/container_facts.hpp"
 #include "nacelle/runtime/crash_record.hpp"
 #include "networking/network_wish.hpp"
+#include "networking/remote_topics.hpp"
 #include "requests/request_server.hpp"
 #include "session/bring_up_fault.hpp"
 #include "session/comeback.hpp"
 #include "session/run_texts.hpp"
+#include "transport_dds/wire/remote_graph.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -64,6 +67,7 @@ void Session::end() {
   supervision_.reset();
   service_.reset();
   emergency_stops_.reset();
+  if (container_) facts()->read_remote_by({});
   network_.reset();
   loader_.reset();
   if (container_) facts()->read_texts_by({});
@@ -148,6 +152,13 @@ int Session::run_robot() {
       plan_.network, networking::ros_environment(), container_->graph(), container_->service_graph(), clock_,
       [this](const std::string& line) { say(line); },
       std::static_pointer_cast<ClockSkews>(container_->shared_object(kClockSkewsName)));
+  facts()->read_remote_by([this](std::uint64_t& version) {
+    std::vector<RemoteTopic> topics;
+    network_->look([&](const transport_dds::RemoteGraph& graph) {
+      if (std::exchange(version, graph.version()) != graph.version()) topics = networking::remote_topics_of(graph);
+    });
+    return topics;
+  });
   network_->protect_services_of(container_->node());
   if (auto joined = network_->start(); !joined) return fail(joined.error());
   supervision_ = std::make_unique<Supervision>(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // recording [megabytes=64] [blocks=10] [bytes=1048576] [folder=.]: a recording, in turn with a loop of write(); each ends when the disk has it.
-// recording paced=1 [seconds=10] ...: messages at 0.8 times the rate of that loop, with the recorder's usual limits; what is lost of them.
+// recording paced=1 [seconds=10] ...: messages at 0.8 times the rate of such a loop of that length, with the recorder's usual limits; what is lost of
+// them.
 // recording publish=1 [reader=0|1] [messages=1000]: a publisher alone, or with a recorder that is too late for each message.
 #include <fcntl.h>
 #include <unistd.h>
@@ -30,12 +31,14 @@ namespace {
 using record::Recording;
 using sensor_msgs::msg::Image;
 
+constexpr std::size_t kFewWaiting = std::size_t{4} << 20U;
+
 /// Nanoseconds of a recording of `count` messages; `mallocs`: those of the second half of them, before the end.
 double record_once(const std::string& folder, const Image& image, std::uint64_t count, double& mallocs) {
   const SystemClock clock;
   const MonotonicTime begin = clock.now();
-  // Nothing is lost: as many bytes may wait as there are.
-  auto made = Recording::begin({.folder = folder, .most_waiting = SIZE_MAX, .keep_free = 0});
+  // Nothing is lost: as write() does, it waits for the disk. Few bytes wait for it, as those of a robot, which is slower than its disk.
+  auto made = Recording::begin({.folder = folder, .most_waiting = kFewWaiting, .keep_free = 0});
   if (!made) {
     std::fprintf(stderr, "%s\n", made.error().text().c_str());
     std::exit(1);
@@ -45,6 +48,7 @@ double record_once(const std::string& folder, const Image& image, std::uint64_t 
   Usage half{};
   for (std::uint64_t i = 0; i < count; ++i) {
     if (i == count / 2) half = Usage::now();
+    recording.await_room(2 * image.data.size());
     recording.write(topic, &image, {1 + i, 1 + i});
   }
   const std::uint64_t second_half = count - count / 2;
@@ -70,6 +74,18 @@ double write_plainly(const std::string& path, const Bytes& block, std::uint64_t 
   const double passed = to_seconds(clock.now() - begin) * 1e9;
   std::filesystem::remove(path);
   return passed;
+}
+
+/// Bytes per second of a loop of write() that lasts as long, in files of 256 MiB, each of which ends when the disk has it. A loop that is shorter than
+/// that finds the rate of the memory in front of the disk.
+double rate_of(const std::string& path, const Bytes& block, Duration length) {
+  constexpr std::uint64_t kBlocks = 256;
+  double bytes = 0.0, ns = 0.0;
+  while (ns < to_seconds(length) * 1e9) {
+    ns += write_plainly(path, block, kBlocks);
+    bytes += static_cast<double>(kBlocks * block.size());
+  }
+  return bytes / ns * 1e9;
 }
 
 /// Messages at a part of the disk's rate.
@@ -142,9 +158,8 @@ int main(int count, char** words) {
   const Bytes block(std::size_t{1} << 20U, 0x5A);
   if (arguments.number("paced", 0) != 0) {
     constexpr double kPart = 0.8;
-    const double written = static_cast<double>(messages * size / block.size() * block.size());
-    const double rate = written / write_plainly(folder, block, messages * size / block.size()) * 1e9;
-    record_paced(folder, image, kPart * rate, std::chrono::seconds(arguments.number("seconds", 10)));
+    const Duration length = std::chrono::seconds(arguments.number("seconds", 10));
+    record_paced(folder, image, kPart * rate_of(folder, block, length), length);
     return 0;
   }
   double mallocs = 0;

@@ -40,6 +40,36 @@ TEST(BagMetadata, reads_profiles_in_words_and_in_numbers) {
   }
 }
 
+TEST(BagMetadata, reads_deadlines_and_leases) {
+  const QoS watched =
+      QoS(7).deadline(1500ms).lifespan(2s).liveliness(Liveliness::ManualByTopic).liveliness_lease_duration(3s);
+  const auto again = read_qos_profiles(offered_qos_profiles({watched, QoS(7)}));
+  ASSERT_EQ(again.size(), 2U);
+  EXPECT_EQ(again[0], watched);
+  EXPECT_EQ(again[1], QoS(7)) << "rmw's infinite time is none";
+  for (const char* sec : {"18446744073709551615", "9223372037", "-1", "x", "[1]"}) {
+    const auto odd = read_qos_profiles(std::string{"- deadline:\n    sec: "} + sec + "\n    nsec: 0\n");
+    ASSERT_EQ(odd.size(), 1U);
+    EXPECT_EQ(odd[0].deadline(), Duration::zero()) << sec;
+  }
+  EXPECT_EQ(read_qos_profiles("- deadline: 3\n").at(0).deadline(), Duration::zero());
+}
+
+TEST(BagMetadata, the_strongest_qos_fits_the_readers_of_each_publisher) {
+  EXPECT_EQ(strongest_qos({}), QoS(10));
+  const QoS one = QoS(5).best_effort().deadline(2s).lifespan(1s).liveliness_lease_duration(1s);
+  const QoS other = QoS(9).transient_local().deadline(1s).lifespan(3s).liveliness(Liveliness::ManualByTopic);
+  const QoS both = QoS(9)
+                       .transient_local()
+                       .deadline(1s)
+                       .lifespan(3s)
+                       .liveliness(Liveliness::ManualByTopic)
+                       .liveliness_lease_duration(1s);
+  EXPECT_EQ(strongest_qos({one, other}), both);
+  EXPECT_EQ(strongest_qos({other, one}), both);
+  EXPECT_EQ(strongest_qos({one, QoS(1)}).lifespan(), Duration::zero());
+}
+
 TEST(BagMetadata, adds_the_files_up) {
   BagMetadata known;
   known.topics.push_back({"/scan", "sensor_msgs/msg/LaserScan", "RIHS01_00", {QoS(5)}, 7});

@@ -35,6 +35,18 @@ void write_small(McapWriter& writer) {
   EXPECT_FALSE(writer.finish());
 }
 
+TEST(McapWriter, hands_a_chunk_with_its_indexes_over_as_one_piece) {
+  MemoryFile file;
+  McapWriter writer{file, {}};
+  ASSERT_TRUE(writer.start());
+  ASSERT_EQ(writer.add_channel(*writer.add_schema("a/msg/B", "ros2msg", ""), "/a", "cdr", {}), 1);
+  const int before = file.writes;
+  for (std::uint32_t i = 0; i < 3; ++i) EXPECT_TRUE(writer.write(message_of(1, i, i, "message")));
+  EXPECT_EQ(file.writes, before);
+  EXPECT_TRUE(writer.close_chunk());
+  EXPECT_EQ(file.writes, before + 1);
+}
+
 class Written : public testing::TestWithParam<Compression> {};
 
 TEST_P(Written, is_read_again) {

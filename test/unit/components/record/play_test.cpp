@@ -22,7 +22,7 @@ class PlayTest : public TemporaryFolder {
     EXPECT_TRUE(made);
     Recording& recording = **made;
     const auto kept = recording.add_topic("/kept", Int32::message_type(), {QoS(1).transient_local()});
-    const auto numbers = recording.add_topic("/numbers", Int32::message_type(), {QoS(100)});
+    const auto numbers = recording.add_topic("/numbers", Int32::message_type(), {QoS(100).deadline(500ms)});
     Int32 message;
     message.data = 1000;
     recording.write(kept, &message, {kStart, kStart});
@@ -156,7 +156,8 @@ TEST_F(PlayTest, decodes_nothing_that_nobody_reads) {
 }
 
 TEST_F(PlayTest, as_a_component_publishes_with_the_recorded_qos) {
-  auto numbers = container_.subscribe<Int32>("/other", QoS(100));
+  // A publisher that promises no deadline would not match it.
+  auto numbers = container_.subscribe<Int32>("/other", QoS(100).deadline(1s));
   runtime::LoadRequest request;
   request.plugin = "nacelle::record::PlayComponent";
   request.parameters = {{"storage.uri", path("bag")},

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // The recorder in a container, with publishers of its streams.
 #include <algorithm>
+#include <atomic>
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <map>
 #include <rosbag2_interfaces/msg/write_split_event.hpp>
 #include <sensor_msgs/msg/image.hpp>
 #include <std_msgs/msg/string.hpp>
+#include <thread>
 
 #include "nacelle/node/container_facts.hpp"
 #include "nacelle/runtime/test_container.hpp"
+#include "record/model/bag_metadata.hpp"
 #include "record/model/recording_summary.hpp"
 #include "record/port/recording_file.hpp"
 #include "support/log_lines.hpp"
@@ -153,6 +156,53 @@ TEST_F(RecordComponentTest, records_a_message_above_a_chunks_size) {
   camera.publish(image);
   end(recorder);
   EXPECT_EQ(recorded().at("/image"), 1U);
+}
+
+/// An image whose encoding lasts until the test has let it go.
+struct SlowImage {
+  static const msgs::MessageType& type() {
+    static const msgs::MessageType made = [] {
+      msgs::MessageType slow = Image::message_type();
+      slow.encode = [](const void* message, std::uint8_t* out) {
+        begun = true;
+        begun.notify_all();
+        goes_on.wait(false);
+        Image::message_type().encode(message, out);
+      };
+      return slow;
+    }();
+    return made;
+  }
+  static inline std::atomic<bool> begun{false}, goes_on{false};
+};
+
+// A camera's driver has few buffers.
+TEST_F(RecordComponentTest, holds_one_image_at_most_and_counts_what_it_copies) {
+  const auto recorder = record({{"record.topics", std::vector<std::string>{"/image"}}});
+  const auto camera =
+      container_.container().transport().create_writer({"/image", &SlowImage::type(), QoS(4), "/camera"});
+  while (camera->reader_count() == 0) std::this_thread::yield();
+  std::uint8_t pixels[4] = {1, 2, 3, 4};
+  const auto publish = [&] {
+    Block* const block = camera->borrow();
+    static_cast<Image*>(block->message)->data.adopt(pixels, 4, 4, {});
+    camera->publish(*block);
+  };
+  publish();
+  SlowImage::begun.wait(false);
+  publish();  // neither waits beside the one that is encoded
+  publish();
+  SlowImage::goes_on = true;
+  SlowImage::goes_on.notify_all();
+  end(recorder);
+  auto source = FileSource::open(path("bag/bag_0.mcap"));
+  RecordingSummary summary;
+  ASSERT_TRUE(source && walk_mcap(**source, summary));
+  EXPECT_EQ(summary.messages(), 1U);
+  const auto& words = summary.metadata().at(kRecorderRecord);
+  EXPECT_EQ(words.at("camera copies"), "1");
+  EXPECT_EQ(words.at("lost in queue: /image"), "2");
+  EXPECT_EQ(words.at("lost"), "2");
 }
 
 TEST_F(RecordComponentTest, makes_a_recording_each_time_it_is_active) {

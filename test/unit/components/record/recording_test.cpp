@@ -121,6 +121,92 @@ TEST_F(RecordingTest, continues_in_another_file_by_size_time_and_order) {
   EXPECT_EQ(metadata()["message_count"].as<int>(), 5);
 }
 
+/// Times of the messages of each topic, in the order of the file.
+struct TimesOfTopics final : McapVisitor {
+  void on_channel(const McapChannel& channel) override { names[channel.id] = channel.topic; }
+  void on_message(const McapMessage& message, const McapSpot&) override {
+    EXPECT_LE(message.publish_time, message.log_time);
+    all[names[message.channel_id]].push_back(message.log_time);
+  }
+  void on_problem(const McapProblem& problem) override { ADD_FAILURE() << problem.what; }
+  std::map<std::uint16_t, std::string> names;
+  std::map<std::string, std::vector<std::uint64_t>> all;
+};
+
+TEST_F(RecordingTest, after_a_split_repeats_what_publishers_keep) {
+  for (const bool repeats : {true, false}) {
+    SCOPED_TRACE(repeats);
+    std::filesystem::remove_all(path("bag"));
+    auto recording = begin({.max_file_bytes = 10'000, .repeats_latched = repeats});
+    const auto keep = [&](std::uint64_t writer, std::uint64_t at) {
+      String message;
+      const auto topic = recording->add_topic("/tf_static", String::message_type(), {QoS(2).transient_local()});
+      recording->write(topic, &message, {at, at, writer});
+    };
+    keep(1, 1);
+    keep(1, 2);
+    keep(1, 3);  // the first one is not kept any more
+    keep(2, 4);
+    say(*recording, std::string(12'000, 'x'), 5);  // a split
+    keep(2, 6);
+    say(*recording, std::string(12'000, 'x'), 7);
+    EXPECT_EQ(recording->files(), 3U);
+    EXPECT_FALSE(recording->finish());
+    const auto times = [&](int file) {
+      TimesOfTopics seen;
+      auto source = FileSource::open(path("bag/bag_" + std::to_string(file) + ".mcap"));
+      EXPECT_TRUE(source && walk_mcap(**source, seen));
+      return seen.all["/tf_static"];
+    };
+    using Stamps = std::vector<std::uint64_t>;
+    EXPECT_EQ(times(0), (Stamps{1, 2, 3, 4}));
+    EXPECT_EQ(times(1), repeats ? (Stamps{5, 5, 5, 6}) : Stamps{6}) << "with the time of the last message before";
+    EXPECT_EQ(times(2), repeats ? (Stamps{7, 7, 7, 7}) : Stamps{});
+    EXPECT_EQ(metadata()["message_count"].as<int>(), repeats ? 14 : 7);
+  }
+}
+
+TEST_F(RecordingTest, what_publishers_keep_does_not_split_it_again) {
+  auto recording = begin({.max_file_bytes = 10'000});
+  String map;
+  map.data = std::string(20'000, 'm');
+  const auto topic = recording->add_topic("/map", String::message_type(), {QoS(1).transient_local()});
+  recording->write(topic, &map, {1, 1, 1});
+  EXPECT_EQ(recording->files(), 2U);
+  for (std::uint64_t at = 2; at < 10; ++at) say(*recording, "a", at);
+  EXPECT_EQ(recording->files(), 2U) << "the map alone is above the limit";
+  EXPECT_FALSE(recording->finish());
+}
+
+TEST_F(RecordingTest, says_at_its_end_what_it_is_told) {
+  auto recording = begin();
+  recording->say_at_end({{"lost", "1"}});
+  recording->split();
+  recording->say_at_end({{"lost", "2"}});
+  EXPECT_FALSE(recording->finish());
+  EXPECT_EQ(summary_of(0).metadata().count(kRecorderRecord), 0U);
+  EXPECT_EQ(summary_of(1).metadata().at(kRecorderRecord).at("lost"), "2");
+}
+
+TEST(KeptMessages, are_the_last_ones_of_each_publisher_within_their_bytes) {
+  KeptMessages kept{10};
+  const auto first_bytes = [&] {
+    std::string all;
+    for (const auto& one : kept.all()) all += static_cast<char>(one.bytes.front());
+    return all;
+  };
+  kept.keep(0, 1, as_bytes("a12"), 2);
+  kept.keep(0, 2, as_bytes("b12"), 2);
+  kept.keep(1, 1, as_bytes("c12"), 2);
+  EXPECT_EQ(first_bytes(), "abc");
+  kept.keep(0, 1, as_bytes("d"), 1);
+  EXPECT_EQ(first_bytes(), "bcd") << "one of its publisher";
+  kept.keep(0, 1, as_bytes("e12345"), 2);
+  EXPECT_EQ(first_bytes(), "cde") << "the oldest goes where there is no room";
+  kept.keep(0, 1, as_bytes("f1234567890"), 9);
+  EXPECT_EQ(first_bytes(), "cde") << "too long alone";
+}
+
 TEST_F(RecordingTest, closes_a_chunk_after_a_second) {
   auto recording = begin();
   const MonotonicTime start{100s};

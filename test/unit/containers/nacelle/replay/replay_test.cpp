@@ -90,23 +90,24 @@ struct ReplayTest : ::testing::Test {
   std::vector<std::pair<std::string, std::string>> published;  // of a replay: topic, "time text"
 
   /// A recording of texts, which were said so many milliseconds after its beginning.
-  void record(const std::vector<Said>& all) {
+  void record(const std::vector<Said>& all, const QoS& offered = QoS(100)) {
     record::McapWriter writer{recorded, {}};
     ASSERT_TRUE(writer.start());
     for (const auto& [at_ms, topic, text] : all) {
       String message;
       message.data = text;
-      write(writer, topic, message, at_ms);
+      write(writer, topic, message, at_ms, offered);
     }
     ASSERT_TRUE(writer.finish());
   }
   template <typename T>
-  static void write(record::McapWriter& writer, const std::string& topic, const T& message, std::uint64_t at_ms) {
+  static void write(record::McapWriter& writer, const std::string& topic, const T& message, std::uint64_t at_ms,
+                    const QoS& offered = QoS(100)) {
     const auto& type = T::message_type();
     const auto schema = writer.add_schema(type.name, "ros2msg", type.definition);
     const auto channel = writer.add_channel(
         *schema, topic, "cdr",
-        {{"topic_type_hash", type.hash}, {"offered_qos_profiles", record::offered_qos_profiles({QoS(100)})}});
+        {{"topic_type_hash", type.hash}, {"offered_qos_profiles", record::offered_qos_profiles({offered})}});
     const Bytes bytes = msgs::to_cdr(message);
     const std::uint64_t time = kBegin + at_ms * kMilli;
     ASSERT_TRUE(writer.write({*channel, 0, time, time, {bytes}}));
@@ -222,7 +223,7 @@ TEST_F(ReplayTest, writes_the_inputs_when_it_is_told_to) {
 }
 
 TEST_F(ReplayTest, a_deadline_is_missed_at_its_time) {
-  record({{0, "/heard", "x"}, {60, "/heard", "x"}, {250, "/other", "x"}});
+  record({{0, "/heard", "x"}, {60, "/heard", "x"}, {250, "/other", "x"}}, QoS(100).deadline(100ms));
   class Waiting final : public bench::Recipe {
     std::shared_ptr<void> build(LifecycleNode& node) override {
       auto out = node.create_publisher<String>("/late", QoS(10));
