@@ -252,8 +252,16 @@ TEST(RosImport, every_row_says_what_becomes_of_its_key) {
 TEST(DriverTable, compiled_in_table_is_valid_and_writes_to_nacelles_nodes_only) {
   const auto table = read_table(kDriversYaml, "drivers.yaml");
   ASSERT_TRUE(table) << table.error().front().text();
-  const std::set<std::string> nodes{"",         "diff_drive",           "odometry", "ekf", "camera", "lidar", "gps",
-                                    "joy_node", "teleop_twist_joy_node"};
+  const std::set<std::string> nodes{"",
+                                    "diff_drive",
+                                    "odometry",
+                                    "ekf",
+                                    "camera",
+                                    "lidar",
+                                    "gps",
+                                    "joy_node",
+                                    "navsat_transform",
+                                    "teleop_twist_joy_node"};
   for (const Driver& driver : table->drivers) {
     EXPECT_TRUE(nodes.contains(driver.node)) << driver.name;
     for (const Key& key : driver.keys) {
