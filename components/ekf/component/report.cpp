@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include "ekf/component/innovation_report.hpp"
 
 namespace nacelle::ekf {
@@ -12,6 +13,10 @@ constexpr int kPatience = 2;  // checks without a fused measurement before a rep
 constexpr int kLooksBetweenLosses = 10;
 constexpr std::uint64_t kSameStamps = 10;  // that many in a row are no coincidence
 constexpr Duration kFarBehind = 1s;        // more than any latency that a filter without history can use
+
+Duration far_behind(const Filter& filter) {
+  return filter.history() == nullptr ? kFarBehind : std::max(kFarBehind, filter.history()->length());
+}
 
 // Of a queue: in the subscription, and in the filter.
 std::uint64_t lost_of(const Input& input, const Filter& filter) {
@@ -92,7 +97,7 @@ void Watch::look(const std::vector<std::unique_ptr<Input>>& inputs, const Filter
           seen.cause = cause;
         }
       }
-      if (came) look_at_stamps(*input, part, now, seen, logger);
+      if (came) look_at_stamps(*input, part, filter, seen, logger);
       seen.stats = now;
       seen.messages = input->messages();
     }
@@ -100,15 +105,16 @@ void Watch::look(const std::vector<std::unique_ptr<Input>>& inputs, const Filter
 }
 
 // Reports implausible stamps, which are fused nevertheless, as in robot_localization.
-void Watch::look_at_stamps(const Input& input, const Input::Part& part, const PartStats& now, Seen& seen,
+void Watch::look_at_stamps(const Input& input, const Input::Part& part, const Filter& filter, Seen& seen,
                            const Logger& logger) const {
+  const PartStats& now = filter.stats(part.number);
   const bool stands = now.same_stamp >= kSameStamps && now.of(Rejection::NoStamp) == 0;
   if (stands && !seen.stands)
     logger.warn("{}: its stamps stand still ({} messages have one stamp); its driver has to stamp what it measures",
                 part.name, now.same_stamp + 1);
   if (!stands && seen.stands) logger.info("{}: its stamps move again", part.name);
   seen.stands = stands;
-  const bool far = now.behind > kFarBehind && !stands && now.fused > seen.stats.fused;
+  const bool far = now.behind > far_behind(filter) && !stands && now.fused > seen.stats.fused;
   seen.behind_looks = far ? seen.behind_looks + 1 : 0;
   const bool behind = seen.behind_looks >= kPatience;
   if (behind && !seen.behind) {
@@ -151,7 +157,7 @@ void write_diagnostics(const std::vector<std::unique_ptr<Input>>& inputs, const 
       DiagnosticStatus& status = out.status.emplace_back();
       std::uint64_t rejected = 0;
       for (const std::uint64_t n : stats.rejected) rejected += n;
-      const bool doubtful = stats.same_stamp >= kSameStamps || stats.behind > kFarBehind;
+      const bool doubtful = stats.same_stamp >= kSameStamps || stats.behind > far_behind(filter);
       status.level = stats.fused == 0 || doubtful ? DiagnosticStatus::WARN : DiagnosticStatus::OK;
       status.name = fmt::format("{}: {}", node, part.name);
       status.message = fmt::format("{} fused, {} rejected", stats.fused, rejected);

@@ -38,7 +38,7 @@ class Watch {
     std::uint64_t told{};
     int looks{0};  // since it was reported
   };
-  void look_at_stamps(const Input& input, const Input::Part& part, const PartStats& now, Seen& seen,
+  void look_at_stamps(const Input& input, const Input::Part& part, const Filter& filter, Seen& seen,
                       const Logger& logger) const;
   static void look_at_losses(const Input& input, const Filter& filter, Losses& losses, const Logger& logger);
   std::shared_ptr<const ClockSkews> skews_;

@@ -109,7 +109,7 @@ class History {
   /// How often a measurement was forgotten before its time, because the limit was reached.
   [[nodiscard]] std::uint64_t cut_short() const { return cut_short_; }
   /// How far back the history reaches now.
-  [[nodiscard]] Duration reach() const { return newest().stamp - base().stamp; }
+  [[nodiscard]] Duration reach() const { return kept() == 0 ? Duration{} : newest().stamp - at(1).measurement.stamp; }
 
  private:
   static constexpr std::size_t kChunk = 64;

@@ -132,6 +132,21 @@ TEST_F(EkfLate, what_is_older_than_the_history_is_reported_once_by_name) {
             std::to_string(poses.of(Rejection::BeforeHistory)));
 }
 
+TEST_F(EkfLate, a_time_that_jumps_back_resets_the_filter_where_it_is_told_to) {
+  options_.append_parameter_override("use_sim_time", true);
+  options_.append_parameter_override("reset_on_time_jump", true);
+  start();
+  drive(100, 0ms);
+  ASSERT_GT(filtered().back().pose.pose.position.x, 0.9);
+  const test::LogLines lines;
+  context_.clock().step_wall(-60s);
+  context_.advance(20ms);
+  send_odometry(0.5);
+  context_.advance(20ms);
+  EXPECT_EQ(count(lines, "the time jumped back: reset to the initial state"), 1) << PrintToString(lines.all);
+  EXPECT_LT(filtered().back().pose.pose.position.x, 0.1);
+}
+
 TEST_F(EkfLate, parameters_that_go_together_badly_are_told_before_the_start) {
   const auto warnings = [this] {
     const auto faults = std::make_shared<ParameterFaults>();
