@@ -11,6 +11,8 @@ namespace {
 
 // Ratios of standard deviations between these are no finding: two hundred measurements tell them from 1, a builder does not.
 constexpr double kNoisy = 1.5, kPrecise = 0.4;
+// Below this a quantity stands still, as wheels at rest do, which says nothing of its sensor.
+constexpr double kStands = 0.01;
 // Mean of innovation^2 / S.
 constexpr double kTooSure = 3.0, kTooUnsure = 0.2;
 // Of the root of NIS: so much of it is one and the same offset.
@@ -50,9 +52,9 @@ std::string finding_of(const AxisNoise& noise) {
         "little process noise",
         sigmas);
   }
-  if (noise.nis < kTooUnsure) {
+  if (noise.nis < kTooUnsure && noise.noise > kStands) {
     if (noise.noise < kPrecise)
-      return fmt::format("is {:.1f} times as precise as its covariance says", 1.0 / std::max(noise.noise, 1e-3));
+      return fmt::format("is {:.1f} times as precise as its covariance says", 1.0 / noise.noise);
     return fmt::format("agrees with the prediction {:.1f} times better than the filter expects: too much process noise",
                        1.0 / std::sqrt(std::max(noise.nis, 1e-6)));
   }

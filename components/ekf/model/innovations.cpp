@@ -75,7 +75,7 @@ void Innovations::add_value(Axis& axis, int state, double value) {
 }
 
 double Innovations::noise_variance(const Axis& axis) {
-  const double seen = std::max(-0.5 * (axis.square + 2.0 * axis.product), 0.0);
+  const double seen = std::max(0.0, -0.5 * (axis.square + 2.0 * axis.product));
   const double counted = static_cast<double>(std::clamp<std::uint64_t>(axis.differences, 1, kWindow));
   const double scatter = kScatter * axis.square * std::sqrt(static_cast<double>(kWindow) / counted);
   return std::abs(seen - axis.claimed) > kSignificant * scatter ? seen : axis.claimed;

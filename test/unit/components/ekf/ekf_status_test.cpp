@@ -91,6 +91,7 @@ TEST_F(EkfStatus, shows_by_how_much_an_adaptive_input_is_raised) {
 TEST(InnovationReport, says_the_thing_to_mend_first) {
   EXPECT_EQ(finding_of({.count = 29, .nis = 50.0, .noise = 9.0}), "");
   EXPECT_EQ(finding_of({.count = 500, .nis = 1.1, .noise = 1.0}), "");
+  EXPECT_EQ(finding_of({.count = 500, .nis = 0.0, .noise = 0.0}), "") << "wheels at rest";
   EXPECT_EQ(finding_of({.count = 500, .nis = 9.0, .offset = 0.1, .noise = 3.14}),
             "is 3.1 times as noisy as its covariance says");
   EXPECT_THAT(finding_of({.count = 500, .nis = 9.0, .noise = 3.14, .scale = 2.5}),
