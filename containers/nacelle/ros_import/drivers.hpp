@@ -21,7 +21,7 @@ struct Key {
   std::vector<std::string> nodes;  ///< Nacelle's nodes; empty: the driver's own.
   std::string to;                  ///< The parameter's name there; empty: the same.
   std::string text, usual_text, absent_text, otherwise, also, form;
-  ParameterValue usual, absent, refused, most, joined;  ///< Not set: none.
+  ParameterValue usual, absent, most, joined;  ///< Not set: none.
   std::map<std::string, ParameterValue, std::less<>> values;
   bool any_case = false;
 };

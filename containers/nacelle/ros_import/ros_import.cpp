@@ -108,8 +108,6 @@ class Translator {
                   key->usual_text.empty() ? "at its default, which is what Nacelle does" : key->usual_text);
     }
     if (is_doubt) return note(Fate::Doubted, parameter, key->text);
-    if (key->refused != none && parameter.value == key->refused)
-      return note(Fate::Doubted, parameter, key->text + ": left out");
     if (parameter.value == none) return note(Fate::Dropped, parameter, "has no value");
     Line line{name_in_nacelle(*key, parameter.name), parameter.value, ""};
     if (!change_form(*key, parameter, line)) return;
