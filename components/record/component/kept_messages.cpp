@@ -22,7 +22,7 @@ std::size_t kept_depth(const std::vector<QoS>& offered) {
   return std::min(depth, kMostKeptOfOne);
 }
 
-void KeptMessages::forget(std::deque<Message>::iterator which) {
+void KeptMessages::forget(const std::deque<Message>::iterator& which) {
   bytes_ -= which->bytes.size();
   messages_.erase(which);
 }

@@ -35,7 +35,7 @@ class KeptMessages {
   [[nodiscard]] const std::deque<Message>& all() const { return messages_; }
 
  private:
-  void forget(std::deque<Message>::iterator which);
+  void forget(const std::deque<Message>::iterator& which);
 
   const std::size_t most_bytes_;
   std::size_t bytes_ = 0;

@@ -52,7 +52,7 @@ class MessageLog {
   /// Continues in another file, where there are files.
   virtual void split() = 0;
   /// Keeps words about the whole log (what was lost) for its end; later ones replace earlier ones.
-  virtual void say_at_end(std::map<std::string, std::string> words) { static_cast<void>(words); }
+  virtual void say_at_end(const std::map<std::string, std::string>& words) { static_cast<void>(words); }
   /// Completes what there is to complete. Returns problem(). A second call does nothing.
   virtual std::optional<Problem> finish() = 0;
 

@@ -57,7 +57,7 @@ class Recording final : public MessageLog {
   void flush() { disk_.drain(); }
   /// Errors: problem() says which.
   void split() override;
-  void say_at_end(std::map<std::string, std::string> words) override { words_ = std::move(words); }
+  void say_at_end(const std::map<std::string, std::string>& words) override { words_ = words; }
   /// Completes the last file, waits until the disk has it, and writes metadata.yaml.
   std::optional<Problem> finish() final;
 
