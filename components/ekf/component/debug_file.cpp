@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstdlib>
 #include <system_error>
 #include <utility>
@@ -39,7 +40,8 @@ Problem unwritable(const std::string& path, int error) {
 bool is_in_memory(const std::string& folder) {
   struct statfs found {};
   if (::statfs(folder.c_str(), &found) != 0) return false;
-  return found.f_type == TMPFS_MAGIC || found.f_type == RAMFS_MAGIC;
+  const auto kind = static_cast<std::uint32_t>(found.f_type);  // signed, and as wide as the machine's words
+  return kind == TMPFS_MAGIC || kind == RAMFS_MAGIC;
 }
 
 }  // namespace
