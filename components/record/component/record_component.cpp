@@ -40,7 +40,8 @@ double megabytes(std::uint64_t bytes) { return static_cast<double>(bytes) / kMeg
 
 RecordComponent::RecordComponent(const NodeOptions& options)
     : LifecycleNode("rosbag2_recorder", options),
-      facts_(shared_object<ContainerFacts>(kContainerFactsName, &make_container_facts)) {
+      facts_(shared_object<ContainerFacts>(kContainerFactsName, &make_container_facts)),
+      network_facts_(shared_object<NetworkFacts>(kNetworkFactsName, &make_network_facts)) {
   auto choice = TopicChoice::make(declare_topics());
   if (choice) {
     choice_ = std::move(choice).value();
@@ -249,7 +250,7 @@ void RecordComponent::look_for_remote_topics() {
   options.add = [this](const std::string& topic, const msgs::MessageType& type, const std::vector<QoS>& offered) {
     recorder_->add_remote(topic, type, offered);
   };
-  remote_ = std::make_unique<RemoteTopics>(*this, steady_clock(), facts_, std::move(options));
+  remote_ = std::make_unique<RemoteTopics>(*this, steady_clock(), network_facts_, std::move(options));
   remote_->look();
 }
 

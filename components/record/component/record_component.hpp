@@ -9,6 +9,7 @@
 #include "diagnostic_msgs/msg/diagnostic_array.hpp"
 #include "nacelle/node/container_facts.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
+#include "nacelle/node/network_facts.hpp"
 #include "record/component/black_box.hpp"
 #include "record/component/recorder.hpp"
 #include "record/component/recording.hpp"
@@ -62,6 +63,7 @@ class RecordComponent final : public LifecycleNode {
   RingOptions ring_;          // longest: zero without a ring
   bool starts_paused_ = false;
   const std::shared_ptr<ContainerFacts> facts_;
+  const std::shared_ptr<NetworkFacts> network_facts_;
   std::unique_ptr<BlackBox> black_box_;
   Ring* open_ring_ = nullptr;      // the recorder's log, if it is one; for the recorder's thread
   std::optional<Problem> no_log_;  // why there is no recorder

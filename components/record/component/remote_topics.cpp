@@ -39,7 +39,7 @@ std::string definition_in(const type_description_interfaces::srv::GetTypeDescrip
   return text;
 }
 
-RemoteTopics::RemoteTopics(Node& node, const Clock& clock, std::shared_ptr<const ContainerFacts> facts, Options options)
+RemoteTopics::RemoteTopics(Node& node, const Clock& clock, std::shared_ptr<const NetworkFacts> facts, Options options)
     : node_(node),
       clock_(clock),
       facts_(std::move(facts)),

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "nacelle/msgs/type_library.hpp"
-#include "nacelle/node/container_facts.hpp"
+#include "nacelle/node/network_facts.hpp"
 #include "nacelle/node/node.hpp"
 
 namespace nacelle::record {
@@ -30,7 +30,7 @@ class RemoteTopics {
     Duration patience = 3s;  ///< How long a definition is waited for. Messages that come meanwhile are not recorded.
   };
   /// `node` and `clock` outlive it.
-  RemoteTopics(Node& node, const Clock& clock, std::shared_ptr<const ContainerFacts> facts, Options options);
+  RemoteTopics(Node& node, const Clock& clock, std::shared_ptr<const NetworkFacts> facts, Options options);
   RemoteTopics(const RemoteTopics&) = delete;
   RemoteTopics& operator=(const RemoteTopics&) = delete;
   ~RemoteTopics();
@@ -55,7 +55,7 @@ class RemoteTopics {
 
   Node& node_;
   const Clock& clock_;
-  const std::shared_ptr<const ContainerFacts> facts_;
+  const std::shared_ptr<const NetworkFacts> facts_;
   const Options options_;
   std::uint64_t version_ = 0;
   msgs::TypeLibrary types_;

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "nacelle/node/container_facts.hpp"
+#include "nacelle/node/network_facts.hpp"
 
 namespace nacelle::transport_dds {
 class RemoteGraph;

@@ -54,6 +54,10 @@ Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, 
 
 Session::~Session() { end(); }
 
+std::shared_ptr<NetworkFacts> Session::network_facts() const {
+  return std::static_pointer_cast<NetworkFacts>(container_->shared_object(kNetworkFactsName));
+}
+
 std::shared_ptr<ContainerFacts> Session::facts() const {
   return std::static_pointer_cast<ContainerFacts>(container_->shared_object(kContainerFactsName));
 }
@@ -67,7 +71,7 @@ void Session::end() {
   supervision_.reset();
   service_.reset();
   emergency_stops_.reset();
-  if (container_) facts()->read_remote_by({});
+  if (container_) network_facts()->read_remote_by({});
   network_.reset();
   loader_.reset();
   if (container_) facts()->read_texts_by({});
@@ -152,7 +156,7 @@ int Session::run_robot() {
       plan_.network, networking::ros_environment(), container_->graph(), container_->service_graph(), clock_,
       [this](const std::string& line) { say(line); },
       std::static_pointer_cast<ClockSkews>(container_->shared_object(kClockSkewsName)));
-  facts()->read_remote_by([this](std::uint64_t& version) {
+  network_facts()->read_remote_by([this](std::uint64_t& version) {
     std::vector<RemoteTopic> topics;
     network_->look([&](const transport_dds::RemoteGraph& graph) {
       if (std::exchange(version, graph.version()) != graph.version()) topics = networking::remote_topics_of(graph);

@@ -19,6 +19,7 @@
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/lifecycle_manager/lifecycle_manager.hpp"
 #include "nacelle/node/container_facts.hpp"
+#include "nacelle/node/network_facts.hpp"
 #include "nacelle/runtime/budget.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/transport_local/carrier.hpp"
@@ -178,6 +179,7 @@ class Session final : public answers::Robot {
 
   void progress(const std::string& line) const;  // verbose: a line; terminal: a changing line; else nothing
   [[nodiscard]] std::shared_ptr<ContainerFacts> facts() const;
+  [[nodiscard]] std::shared_ptr<NetworkFacts> network_facts() const;
   [[nodiscard]] const launch::ComponentPlan* plan_of(const std::string& node) const { return plan_.find(node); }
 
   launch::Plan plan_;

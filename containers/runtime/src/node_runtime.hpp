@@ -14,6 +14,7 @@
 #include "nacelle/host/node_host.hpp"
 #include "nacelle/node/container_facts.hpp"
 #include "nacelle/node/motion_stops.hpp"
+#include "nacelle/node/network_facts.hpp"
 #include "nacelle/runtime/broker.hpp"
 #include "nacelle/runtime/executor.hpp"
 #include "patience.hpp"
@@ -33,6 +34,7 @@ struct Commons {
         facts(std::make_shared<ContainerFacts>(std::move(container))) {
     shared_objects.lock()->emplace(kMotionStopsName, motion_stops);
     shared_objects.lock()->emplace(kContainerFactsName, facts);
+    shared_objects.lock()->emplace(kNetworkFactsName, make_network_facts());
     shared_objects.lock()->emplace(kClockSkewsName, clock_skews);
   }
   /// The clock of nodes with use_sim_time.

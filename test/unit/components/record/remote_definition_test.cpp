@@ -56,7 +56,7 @@ class Acme final : public bench::Recipe {
 /// The recorder's node.
 class Looking final : public bench::Recipe {
  public:
-  Looking(const Clock& clock, std::shared_ptr<const ContainerFacts> facts, test::Bell& bell)
+  Looking(const Clock& clock, std::shared_ptr<const NetworkFacts> facts, test::Bell& bell)
       : clock_(clock), facts_(std::move(facts)), bell_(bell) {}
   std::shared_ptr<void> build(LifecycleNode& node) override {
     struct Parts {
@@ -78,7 +78,7 @@ class Looking final : public bench::Recipe {
 
  private:
   const Clock& clock_;
-  const std::shared_ptr<const ContainerFacts> facts_;
+  const std::shared_ptr<const NetworkFacts> facts_;
   test::Bell& bell_;
 };
 
@@ -95,7 +95,7 @@ struct RemoteDefinitionTest : ::testing::Test {
   }
   ~RemoteDefinitionTest() override { facts->read_remote_by({}); }
 
-  const std::shared_ptr<ContainerFacts> facts = std::make_shared<ContainerFacts>();
+  const std::shared_ptr<NetworkFacts> facts = std::make_shared<NetworkFacts>();
   SystemClock clock;
   test::Bell bell;
   Looking looking{clock, facts, bell};

@@ -91,8 +91,8 @@ class RemoteTopicsTest : public TemporaryFolder {
 
   Guarded<std::vector<RemoteTopic>> topics_;
   runtime::TestContainer container_;
-  const std::shared_ptr<ContainerFacts> facts_ =
-      std::static_pointer_cast<ContainerFacts>(container_.container().shared_object(kContainerFactsName));
+  const std::shared_ptr<NetworkFacts> facts_ =
+      std::static_pointer_cast<NetworkFacts>(container_.container().shared_object(kNetworkFactsName));
 };
 
 constexpr const char* kSecret = "acme_msgs/msg/Secret";
