@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "ekf/model/process_model.hpp"
 #include "nacelle/spatial/angles.hpp"
@@ -70,7 +71,8 @@ void join(Belief& belief, GyroBias& bias) {
 Square noise_of(const Reading& reading) {
   Square R(reading.rows, reading.rows);
   for (int k = 0; k < reading.rows; ++k) {
-    for (int l = 0; l < reading.rows; ++l) R(k, l) = reading.covariance[static_cast<std::size_t>(k * kStates + l)];
+    const double* const row = reading.covariance.data() + std::ptrdiff_t{k} * kStates;
+    for (int l = 0; l < reading.rows; ++l) R(k, l) = row[l];
     R(k, k) = std::max(std::abs(R(k, k)), kSmallestVariance);
   }
   return R;
