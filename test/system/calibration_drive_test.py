@@ -63,6 +63,7 @@ class DrivingRobot(RobotTest):
         wait_for("every component is active", self.is_up, 60)
         publisher = self.start_program("sim", "truth", "--dir", self.place / "sim", "--publish", "ground_truth", stdout=log)
         self.addCleanup(interrupt, publisher)
+        wait_for("the truth is published", lambda: "/ground_truth\n" in self.run_program("topic", "list").stdout)
 
     def is_up(self):
         if self.robot.poll() is not None:

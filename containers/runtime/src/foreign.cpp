@@ -57,11 +57,11 @@ std::vector<std::string> Container::ties() const {
   std::vector<std::string> ties = impl_->commons.frames.claims();
   auto objects = impl_->commons.shared_objects.lock();
   for (const auto& [name, object] : *objects) {
-    // Each process has its own MotionStops, and also counts those reported by the other process; and its own facts. An isolated component
-    // has no information about other machines' clocks, so its messages name no cause. It also has no information about
-    // a base in another process, and uses its own parameters.
+    // Each process has its own MotionStops, and also counts those reported by the other process; and its own facts, of the
+    // network, too. An isolated component has no information about other machines' clocks, so its messages name no cause.
+    // It also has no information about a base in another process, and uses its own parameters.
     if (object != impl_->commons.motion_stops && object != impl_->commons.facts &&
-        object != impl_->commons.clock_skews && name != kBaseWheelsName)
+        object != impl_->commons.clock_skews && name != kNetworkFactsName && name != kBaseWheelsName)
       ties.push_back("shares the object '" + name + "'");
   }
   return ties;
