@@ -222,7 +222,19 @@ void Recorder::take_changes() {
       writers_.insert_or_assign(change.endpoint, std::pair{std::move(key), change.made->spec.qos});
     }
   }
-  for (const Key& key : touched) read(key);
+  for (const Key& key : touched) {
+    if (!is_left(key)) read(key);
+  }
+}
+
+/// Only programs outside publish it with this type, and somebody here uses the topic with another one.
+bool Recorder::is_left(const Key& key) const {
+  bool is_used = false;
+  for (const auto& [id, end] : ends_) {
+    if (end == key) return false;
+    is_used = is_used || end.first == key.first;
+  }
+  return is_used;
 }
 
 void Recorder::read(const Key& key) {

@@ -90,6 +90,7 @@ class Recorder final : private GraphListener {
   void look_for_stop(const EndpointInfo& endpoint);
   void forget_stop_reader(std::uint64_t reader);
   void take_stops(Stream& stream);
+  [[nodiscard]] bool is_left(const Key& key) const;
   void note_end(const EndpointInfo& endpoint);
   void read(const Key& key);
   void read(const Key& key, std::vector<QoS> offered);

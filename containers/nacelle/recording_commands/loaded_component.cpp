@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
+#include <thread>
 
 #include "cli/asking.hpp"
 #include "cli/output.hpp"
@@ -34,6 +35,19 @@ std::optional<DiagnosticRow> row_of(std::string_view text, const std::string& na
   return std::nullopt;
 }
 
+/// A container answers before it runs: it has to be asked again until its bring-up is over.
+Result<json, Problem> load_when_it_runs(ask::Nodes& nodes, const std::string& container, const ask::LoadWish& wish) {
+  constexpr Duration kLimit = 20s, kLook = 20ms;
+  const SystemClock clock;
+  for (const MonotonicTime until = clock.now() + kLimit;;) {
+    auto loaded = ask::load_component(nodes, container, wish);
+    const bool is_starting = !loaded && loaded.error().code == ProblemCode::from_text("container.not_running") &&
+                             loaded.error().value == "starting";
+    if (!is_starting || clock.now() >= until) return loaded;
+    std::this_thread::sleep_for(kLook);
+  }
+}
+
 }  // namespace
 
 std::string DiagnosticRow::value(const std::string& key) const {
@@ -57,7 +71,7 @@ int run_component(const Whom& whom, const ask::LoadWish& wish, const std::string
                   const std::function<bool(const DiagnosticRow&)>& take) {
   std::string id;
   const int loaded = ask_nodes(
-      whom, false, [&](ask::Nodes& nodes) { return ask::load_component(nodes, whom.container, wish); },
+      whom, false, [&](ask::Nodes& nodes) { return load_when_it_runs(nodes, whom.container, wish); },
       [&](const json& reply) { id = std::to_string(reply["id"].get<int>()); });
   if (loaded != kDone) return loaded;
   const int watched = watch_row(whom, name, [&](const DiagnosticRow& row) { return take(row) && flush_output(); });

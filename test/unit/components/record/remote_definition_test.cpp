@@ -35,7 +35,7 @@ class Acme final : public bench::Recipe {
       std::shared_ptr<Service<GetTypeDescription>> service;
     };
     auto parts = std::make_shared<Parts>();
-    parts->publisher = publisher = node.create_publisher<Secret>("/secret", QoS(1).transient_local());
+    publisher = parts->publisher = node.create_publisher<Secret>("/secret", QoS(1).transient_local());
     parts->service = node.create_service<GetTypeDescription>(
         "~/get_type_description",
         [this](const GetTypeDescription::Request& request, GetTypeDescription::Response& out) {
@@ -47,7 +47,7 @@ class Acme final : public bench::Recipe {
         });
     return parts;
   }
-  std::shared_ptr<Publisher<Secret>> publisher;
+  std::weak_ptr<Publisher<Secret>> publisher;  // the node's: it ends before its container
 
  private:
   const bool has_sources_;
@@ -121,9 +121,13 @@ TEST_F(RemoteDefinitionTest, is_what_the_publishers_node_says_and_messages_are_i
   const auto reader = here.container().transport().create_reader(
       {"/secret", type, QoS(1).transient_local(), "/recorder"}, Taking::Share, &ready);
   const Bytes sent{0, 1, 0, 0, 1, 0, 0, 0, 42};
-  auto message = acme.publisher->borrow();
-  message->bytes = sent;
-  acme.publisher->publish(std::move(message));
+  {
+    const auto publisher = acme.publisher.lock();
+    ASSERT_TRUE(publisher);
+    auto message = publisher->borrow();
+    message->bytes = sent;
+    publisher->publish(std::move(message));
+  }
   ASSERT_TRUE(bell.until([&] { return reader->has_waiting(); }));
   Block* const block = reader->take();
   Bytes came(type->encoded_size(block->message));

@@ -144,5 +144,17 @@ TEST_F(RemoteTopicsTest, are_left_to_a_type_that_somebody_here_uses) {
   end(recorder);
 }
 
+TEST_F(RemoteTopicsTest, are_left_to_a_type_that_comes_at_the_same_time) {
+  announce({"/secret", kSecret, kDdsSecret, "", {QoS(10)}, {}});
+  const auto recorder = record({"/secret", "/later"});
+  const auto writer = publisher("/secret", *msgs::lasting_byte_type(kSecret, kDdsSecret, "", ""));
+  const auto reader = container_.subscribe<String>("/secret", QoS(10));
+  // The recorder takes what was made in the order in which it was made.
+  const auto later = publisher("/later", String::message_type());
+  await_readers(*later, 1);
+  EXPECT_EQ(writer->reader_count(), 0U);
+  end(recorder);
+}
+
 }  // namespace
 }  // namespace nacelle::record
