@@ -13,7 +13,11 @@
 namespace nacelle::calibration {
 namespace {
 
+#ifdef NACELLE_SANITIZED
+constexpr int kSeeds = 1;  // a fit takes fifty times as long
+#else
 constexpr int kSeeds = 11;
+#endif
 
 void expect_real(const BaseEstimate& found, double relative) {
   const BaseGeometry real = real_base();
@@ -50,6 +54,7 @@ TEST(BaseEstimate, squares_of_1_m_by_a_topic_are_within_half_a_per_cent) {
   }
 }
 
+#ifndef NACELLE_SANITIZED
 TEST(BaseEstimate, its_own_uncertainty_covers_its_errors) {
   // 95 % of three numbers of each seed within two standard deviations; fewer than 80 % would be no uncertainty.
   int inside = 0, all = 0;
@@ -68,6 +73,7 @@ TEST(BaseEstimate, its_own_uncertainty_covers_its_errors) {
   EXPECT_GT(inside, all * 8 / 10) << inside << " of " << all;
   EXPECT_LT(inside, all) << "an uncertainty that covers everything is too large";
 }
+#endif
 
 TEST(BaseEstimate, the_slip_is_found_within_a_factor_of_two) {
   const SlipNoise real{4e-5, 6e-4, 8e-4};
