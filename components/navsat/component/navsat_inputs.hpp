@@ -92,7 +92,7 @@ class NavsatInputs {
 /// Reads a matrix of a message row by row.
 template <int Size, std::size_t Count>
 [[nodiscard]] Eigen::Matrix<double, Size, Size> square_of(const std::array<double, Count>& numbers) {
-  static_assert(Count == Size * Size);
+  static_assert(Count == std::size_t{Size} * Size);
   return Eigen::Map<const Eigen::Matrix<double, Size, Size, Eigen::RowMajor>>(numbers.data());
 }
 
